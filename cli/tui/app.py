@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing, suppress
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -25,13 +25,13 @@ from textual.widgets import HelpPanel, KeyPanel
 from textual.worker import WorkerFailed, get_current_worker
 
 from orbitdb.cli.tui.export import Export
-from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, fill_steps
-from orbitdb.cli.tui.keys import key
+from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, fill_wish
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working
+from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working, key
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.selection import Selection
+from orbitdb.store.where import CancelledError
 from orbitdb.text import printable
 
 _SECONDS_BETWEEN_LOOKS = 2.0
@@ -130,15 +130,22 @@ class BrowseApp(App[None], Working):
 
     @work(thread=True, group="fill")
     def _fill(self, state: FillState) -> None:
-        worker, end, message = get_current_worker(), "done", ""
+        worker = get_current_worker()
         self._writing.append(threading.current_thread())
+
+        def tell(done: float, total: float, text: str) -> None:
+            nonlocal state
+            if worker.is_cancelled:
+                raise CancelledError
+            state = replace(state, done=int(done))
+            state.work.report(done, total, text, time.monotonic())
+            self.call_later(self._take_step, state)
+
+        end, message = "done", ""
         try:
-            with closing(fill_steps(self.file.path, state)) as steps:
-                for state in steps:
-                    if worker.is_cancelled:
-                        end = "stopped"
-                        break
-                    self.call_later(self._take_step, state)
+            fill_wish(self.file.path, state.wish, tell)
+        except CancelledError:
+            end = "stopped"
         except (InputError, StoreError) as error:
             end, message = "failed", str(error)
         self.call_later(self._take_step, replace(state, state=end, message=message))

@@ -1,17 +1,14 @@
 """The choices that make up the subset: each change gives a new `Selection`, which can describe itself."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from textual.reactive import reactive
-from textual.timer import Timer
 from textual.widgets import Static
 
 from orbitdb.cli.output import code_text
-from orbitdb.cli.tui.dialogs import ChoiceDialog, LineDialog, MarksDialog, Names, half_length
-from orbitdb.cli.tui.rows_panel import RowsPanel
+from orbitdb.cli.tui.dialogs import ChoiceDialog, FilterDialog, LineDialog, MarksDialog, Names, half_length
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.cli.tui.view import View
@@ -30,16 +27,18 @@ RINGS: dict[str, tuple[Any, ...]] = {
 }
 """The values of each criterion, in the order in which a key steps through them."""
 
-_PAUSE = 0.25
-"""Seconds without a key before the rows of a filter are read."""
 _WITHIN = 1e-9
 """Relative difference within which a real number counts as equal to the one under the cursor."""
 
 
 class Choices(Static, Working):
-    """A line that states the chosen subset, with links to the actions that change it."""
+    """A line that states the chosen subset, with links to the actions that change it.
+
+    While a filter is being typed, `trying` is true.
+    """
 
     selection: reactive[Selection] = reactive(Selection, init=False, layout=False, repaint=False)
+    trying: reactive[bool] = reactive(False, init=False, repaint=False)
 
     def __init__(self, file: CatalogueFile, kept: Kept, selection: Selection) -> None:
         super().__init__(id="chips")
@@ -66,15 +65,18 @@ class Choices(Static, Working):
         texts = {status.value: status.sentence for status in SHOWN}
         self.ask(MarksDialog("statuses", hint, texts, self.selection.statuses), take)
 
-    def ask_for_a(self, take: Callable[[float], object]) -> None:
+    def action_half_length(self) -> None:
+        """Choose another a, stored or not."""
         values = [repr(a) for a in self._file.a_values()]
 
         def describe(text: str) -> str:
             filled = repr(half_length(text)) in values
             return "filled" if filled else "nothing is filled there: press f to fill it, or c to solve a code"
 
-        dialog = LineDialog("half length a", repr(self.selection.a), "such as 1.6", describe, values)
-        self.ask(dialog, lambda a: take(half_length(a)))
+        def take(text: str) -> None:
+            self.selection = replace(self.selection, a=half_length(text))
+
+        self.ask(LineDialog("half length a", repr(self.selection.a), "such as 1.6", describe, values), take)
 
     def ask_to_copy(self, view: View) -> None:
         """Copy a view as a shell command or as a line of Python."""
@@ -89,6 +91,24 @@ class Choices(Static, Working):
         self.ask(ChoiceDialog("copy the view", "enter copies", texts, "shell"), take)
 
     # filters
+
+    def action_filter(self) -> None:
+        """Edit the filter; the rows follow as you type, and `escape` restores the previous rows."""
+        before = self.selection.where or ""
+
+        def apply(where: str) -> None:
+            if where != (self.selection.where or ""):
+                self.selection = self.filtered(where or None)
+
+        def take(where: str | None) -> None:
+            apply(before if where is None else where)
+            self.trying = False
+            if typed := where or (dialog.tried if dialog.tried != before else ""):
+                self._kept.remember(typed)
+
+        self.trying = True
+        dialog = FilterDialog(before, self.check_filter, self._kept.state.filters, apply)
+        self.app.push_screen(dialog, take)
 
     def check_filter(self, where: str) -> str:
         check(where, dict(self.filtered(where).parameters))
@@ -137,54 +157,6 @@ class Choices(Static, Working):
             self.selection = replace(self.selection, where=where)
 
 
-class FilterDialog(LineDialog):
-    """Ask for a filter and apply it as it is typed; the main screen shows the resulting rows and reports.
-
-    The cursor stays on its word if that is among the new rows, and at the top if it was there.
-    """
-
-    EMPTY = ""
-
-    def __init__(self, rows: RowsPanel, choices: Choices, filters: Sequence[str]) -> None:
-        where = choices.selection.where or ""
-        placeholder = "lambda_c < 0.5 and time_reversal = 'self'"
-        super().__init__("filter, as in --where", where, placeholder, choices.check_filter, filters)
-        self._rows, self._choices, self.before = rows, choices, where
-        self._word = rows.table.row[0] if rows.table.row and rows.table.cursor else None
-        self.tried = where.strip()
-        self._timer: Timer | None = None
-
-    def on_mount(self) -> None:
-        self.watch(self._rows, "report", self._say)
-
-    def _say(self) -> None:
-        self.tell(self._rows.report)
-
-    def follow(self, text: str) -> None:
-        """Apply the line after a moment without keys; until it is valid, the rows of the last one stay."""
-        if not self.is_current:  # a letter typed before escape; the earlier rows are back
-            return
-        if self._timer is not None:
-            self._timer.stop()
-            self._timer = None
-        if text.strip() != self.tried:
-            self._rows.stop_reading()
-        message, wrong = self.checked(text)
-        if wrong:
-            self.tell(message)  # quietly, because the line may be unfinished
-        else:
-            self._say()
-            self._timer = self.set_timer(_PAUSE, partial(self.apply, text.strip()))
-
-    def apply(self, where: str) -> None:
-        self._timer, self.tried = None, where
-        if (where or None) != self._choices.selection.where:
-            self._rows.wanted = self._word
-            self._choices.selection = self._choices.filtered(where or None)
-        elif self._rows.asked is None:  # reading was stopped
-            self._rows.read(self._choices.selection)
-
-
 def equals(column: str, value: object) -> str:
     """Return the SQL condition that a column has a value; real numbers may differ by a billionth."""
     match value:
@@ -222,11 +194,11 @@ def chips(selection: Selection, a_values: Sequence[float]) -> str:
     several = f", one of {len(a_values)} stadiums" if len(a_values) > 1 else ""
     stored = several if selection.a in (a_values or [selection.a]) else ", not filled"
     parts = [
-        ("screen.choose_a", f"a = {exact(selection.a)}{stored}"),
+        ("half_length", f"a = {exact(selection.a)}{stored}"),
         ("turn('periods')", f"p {spans or 'all'}"),
         ("turn('statuses')", status),
         ("turn('time_reversal')", reversal[selection.time_reversal]),
-        ("screen.filter", escaped(selection.describe_rest()) or "no filter"),
+        ("filter", escaped(selection.describe_rest()) or "no filter"),
     ]
     return " │ ".join(f"[@click={action}]{text}[/]" for action, text in parts)
 

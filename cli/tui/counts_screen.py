@@ -25,8 +25,7 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.choices import equals
 from orbitdb.cli.tui.dialogs import ChoiceDialog, NameList
-from orbitdb.cli.tui.keys import LEAVING, key
-from orbitdb.cli.tui.screens import OwnScreen
+from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
 from orbitdb.cli.tui.view import EVERY
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.store.file import Moment, Reader
@@ -47,8 +46,6 @@ _FINEST = 1e-12
 _DECADES = 1000.0
 """Bins are logarithmic if the largest value is more than this many times the smallest."""
 
-Values = tuple[Any, ...]  # a value of each of several columns
-
 
 class Histogram(NamedTuple):
     """Numbers of rows in the bins of a column, and `without` a value; a value on an edge is in the bin above.
@@ -64,14 +61,15 @@ class Histogram(NamedTuple):
 
 def tally(
     moment: Moment, selection: Selection, columns: Sequence[str], cancelled: Callable[[], bool] = never
-) -> dict[Values, int]:
-    """Count the rows of a subset for each combination of values of some columns of the view ``class``."""
+) -> dict[str, Counter[Any]]:
+    """Count the rows of a subset by the values of each of some columns of the view ``class``."""
     chosen = choose(moment.connection, selection, columns=columns, cancelled=cancelled)
-    numbers: Counter[Values] = Counter()
-    values = (chosen.values[name].tolist() for name in columns)
-    for *row, count in zip(*values, chosen.counts.tolist(), strict=True):
-        numbers[tuple(None if value != value else value for value in row)] += count
-    return dict(numbers)
+    words = chosen.counts.tolist()
+    tallies: dict[str, Counter[Any]] = {name: Counter() for name in columns}
+    for name, numbers in tallies.items():
+        for value, count in zip(chosen.values[name].tolist(), words, strict=True):
+            numbers[None if value != value else value] += count
+    return tallies
 
 
 def histogram(
@@ -89,9 +87,7 @@ def histogram(
     low, high = float(values[present].min()), float(values[present].max())
     logarithmic = low > 0 and high > _DECADES * low
     edges = np.geomspace(low, high, bins + 1) if logarithmic else _round_edges(low, high, bins)
-    places = np.searchsorted(edges[1:-1], values[present], side="right")
-    counts = np.zeros(len(edges) - 1, dtype=np.int64)
-    np.add.at(counts, places, rows[present])
+    counts, _ = np.histogram(values[present], edges, weights=rows[present])
     return Histogram(edges, counts, int(rows[~present].sum()), logarithmic)
 
 
@@ -107,14 +103,6 @@ def _multiples(low: float, high: float, step: float) -> Floats:
     first, last = math.floor(low / step), math.floor(high / step) + 1
     # 3 * 0.1 is an ulp above the 0.3 that a user would type
     return np.asarray([float(f"{step * n:.15g}") for n in range(first, last + 1)])
-
-
-def marginal(counts: Mapping[Values, int], place: int) -> dict[Any, int]:
-    """Return the counts of a `tally` by the values of its column `place` alone."""
-    numbers: Counter[Any] = Counter()
-    for values, count in counts.items():
-        numbers[values[place]] += count
-    return dict(numbers)
 
 
 class Count(NamedTuple):
@@ -246,9 +234,9 @@ class CountsScreen(OwnScreen[str | None]):
     def _count(self, cancelled: Callable[[], bool]) -> tuple[dict[str, list[Count]], str]:
         """Return the counts by each of the columns `_BY`, and a note on partial periods."""
         with self._catalogue.moment() as moment:
-            tallied = tally(moment, self._selection, _BY, cancelled)
+            tallies = tally(moment, self._selection, _BY, cancelled)
             partly = ", ".join(str(fill.p) for fill in partial_fills(moment, self._selection))
-        groups = {name: counts_by(name, marginal(tallied, place)) for place, name in enumerate(_BY)}
+        groups = {name: counts_by(name, counts) for name, counts in tallies.items()}
         return groups, f"partial periods: {partly}" if partly else ""
 
     def _show_tallies(self, tallies: tuple[dict[str, list[Count]], str]) -> None:
@@ -261,8 +249,7 @@ class CountsScreen(OwnScreen[str | None]):
         """Return the counts of the values of a column, or of ranges of its values, and a note."""
         with self._catalogue.moment() as moment:
             if _COLUMNS[column].kind != "number":  # integers or texts
-                tallied = tally(moment, self._selection, (column,), cancelled)
-                return counts_by(column, marginal(tallied, 0)), ""
+                return counts_by(column, tally(moment, self._selection, (column,), cancelled)[column]), ""
             binned = histogram(moment, self._selection, column, bins, cancelled)
         if binned is None:
             return [], ""
@@ -286,10 +273,10 @@ class CountsScreen(OwnScreen[str | None]):
             self.notify("there is nothing to draw")
             return
 
-        def write(path: Path, _: object) -> str:
+        def draw(path: Path) -> str:
             return save_figure(path, lambda figures: figures.draw_counts(counts, column, title))
 
-        ask_for_file(self, f"{column}.png", write, f"the histogram of {column}")
+        ask_for_file(self, f"{column}.png", f"the histogram of {column}", draw)
 
     def action_column(self) -> None:
         named = {name: name for name in DRAWN}

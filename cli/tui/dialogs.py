@@ -12,8 +12,7 @@ from textual.widgets import Input, Label, OptionList
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import code_text
-from orbitdb.cli.tui.keys import key
-from orbitdb.cli.tui.screens import Dialog, Field, Result
+from orbitdb.cli.tui.screens import Dialog, Field, Result, key
 from orbitdb.cli.tui.view import EVERY, USUAL
 from orbitdb.errors import InputError, StoreError
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
@@ -102,6 +101,41 @@ class LineDialog(Dialog[str | None]):
         line.focus()
         for listed in self.query(OptionList):
             listed.highlighted = place if place < listed.option_count else None
+
+
+class FilterDialog(LineDialog):
+    """Ask for a filter, pass every valid line on as it is typed, and show what the rows report about it.
+
+    `tried` is the last line that was passed on.
+    """
+
+    EMPTY = ""
+
+    def __init__(
+        self, where: str, check: Callable[[str], str], filters: Sequence[str], follow: Callable[[str], object]
+    ) -> None:
+        placeholder = "lambda_c < 0.5 and time_reversal = 'self'"
+        super().__init__("filter, as in --where", where, placeholder, check, filters)
+        self.tried, self._pass_on, self._report = where, follow, ""
+
+    def follow(self, text: str) -> None:
+        """Pass a valid line on; until the line is valid, the rows of the last one stay."""
+        if not self.is_current:  # a letter typed before escape; the earlier rows are back
+            return
+        message, wrong = self.checked(text)
+        if not wrong:
+            self.tried = text.strip()
+            self._pass_on(self.tried)
+        self.tell(message if wrong else self._report)  # quietly, because the line may be unfinished
+
+    def say(self, report: str) -> None:
+        """Show what the rows report, unless the line is not valid."""
+        self._report = report
+        if self.is_mounted and not self.checked(self.query_one(Input).value)[1]:
+            self.tell(report)
+
+    def on_mount(self) -> None:
+        self.say(self._report)
 
 
 def half_length(text: str) -> float:

@@ -5,12 +5,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from textual.message import Message
 
 from orbitdb.answers.completeness import describe_partial, partial_fills
-from orbitdb.answers.export import TEXT_WRITERS, complete, write_file
+from orbitdb.answers.export import FIGURES, FORMATS, TEXT_WRITERS, complete, write_file
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import code_text
 from orbitdb.cli.reading import provenance
@@ -29,8 +29,6 @@ from orbitdb.store.selection import Selection
 from orbitdb.store.where import never
 from orbitdb.text import exact
 
-ROWS = (".csv", ".tsv", ".json", ".jsonl", ".parquet")
-PICTURES = (".svg", ".png", ".pdf")
 _WIDTH = 800
 
 Write = Callable[[Path, Callable[[], bool]], str]
@@ -45,64 +43,45 @@ class Export(Message):
     write: Callable[[Callable[[], bool]], str]
 
 
-def path_of(name: str) -> Path:
-    """Return the path for a typed file name, in which ~ stands for the home folder."""
-    return Path(os.path.expanduser(name))
+def ask_for_file(
+    screen: Working, name: str, figure: str, draw: Callable[[Path], str], rows: Write | None = None
+) -> None:
+    """Ask for a file, proposing a name, and have it written: a figure by `draw`, or rows by `rows` if given.
 
-
-class Shown(NamedTuple):
-    """What the main screen shows: rows in some order, and an orbit, in its stadium or in phase space."""
-
-    catalogue: Reader | None
-    selection: Selection
-    ordering: Ordering
-    orbit: Orbit | None
-    in_phase_space: bool = False
-
-
-def ask_for_shown(screen: Working, shown: Shown, of_rows: bool) -> None:
-    """Ask for a file to export to; propose a name for the rows if `of_rows`, otherwise for the orbit."""
-    orbit = shown.orbit
-    name = "orbits.csv" if orbit is None or of_rows else f"{orbit.code[:40]}.svg"
-    figure = "the bounces in phase space" if shown.in_phase_space else "the orbit in its stadium"
-    ask_for_file(screen, name, partial(export, shown), figure, rows=True)
-
-
-def ask_for_file(screen: Working, name: str, write: Write, figure: str, rows: bool = False) -> None:
-    """Ask for a file, and have it written by `write`.
-
-    The file shows a figure, which `figure` describes to the user; with `rows`, it can contain rows instead.
+    `figure` describes the figure to the user.
     """
+    endings = (*(FORMATS if rows else ()), *FIGURES)
+
+    def path_of(name: str) -> Path:
+        path = Path(os.path.expanduser(name))
+        if path.suffix[1:] not in endings:
+            raise InputError(f"{path.name}: end the name in .{', .'.join(endings)}")
+        return path
+
+    def check(name: str) -> str:
+        path = path_of(name)
+        content = figure if path.suffix[1:] in FIGURES else "the chosen rows, in full precision"
+        return f"{path} exists and will be replaced: {content}" if path.exists() else content
 
     def take(name: str) -> None:
         path = path_of(name).absolute()
-        screen.app.post_message(Export(path, partial(write, path)))
-
-    def check(name: str) -> str:
-        return describe_file(name, figure, rows)
+        if rows is None or path.suffix[1:] in FIGURES:
+            screen.app.post_message(Export(path, lambda _: draw(path)))
+        else:
+            screen.app.post_message(Export(path, partial(rows, path)))
 
     example = "orbits.csv, .parquet .." if rows else "figure.png, .svg, .pdf"
     screen.ask(LineDialog("export to a file", name, example, check), take)
 
 
-def describe_file(name: str, figure: str = "the orbit in its stadium", rows: bool = True) -> str:
-    """Return a message that says what a file of this name will contain; raise if its ending is unknown."""
-    path, endings = path_of(name), (*(ROWS if rows else ()), *PICTURES)
-    if path.suffix not in endings:
-        raise InputError(f"{path.name}: end the name in {', '.join(endings)}")
-    content = "the chosen rows, in full precision" if path.suffix in ROWS else figure
-    return f"{path} exists and will be replaced: {content}" if os.path.exists(path) else content
-
-
-def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> str:
-    """Write the rows, or a drawing if the file is a picture; return a message that says what was written.
-
-    Once `cancelled` returns True, writing stops and leaves no file.
-    """
-    describe_file(str(path))
-    catalogue, selection, ordering, orbit, in_phase_space = shown
-    if path.suffix in PICTURES:
-        return _draw(path, orbit, in_phase_space)
+def write_rows(
+    catalogue: Reader | None,
+    selection: Selection,
+    ordering: Ordering,
+    path: Path,
+    cancelled: Callable[[], bool] = never,
+) -> str:
+    """Write the rows of a subset; once `cancelled` returns True, writing stops and leaves no file."""
     if catalogue is None:
         raise InputError("there are no rows to write")
     with catalogue.moment() as moment:
@@ -113,12 +92,12 @@ def export(shown: Shown, path: Path, cancelled: Callable[[], bool] = never) -> s
         else:
             with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
                 TEXT_WRITERS[path.suffix[1:]](file, WRITTEN, rows)
-        said = f"{len(chosen):,} rows written to {path}"
         partial = partial_fills(moment, selection)
-    return f"{said}; {describe_partial(partial, selection.a)}" if partial else said
+    message = f"{len(chosen):,} rows written to {path}"
+    return f"{message}; {describe_partial(partial, selection.a)}" if partial else message
 
 
-def _draw(path: Path, orbit: Orbit | None, in_phase_space: bool) -> str:
+def save_orbit(orbit: Orbit | None, in_phase_space: bool, path: Path) -> str:
     """Draw an orbit in phase space or in its stadium; the latter needs no matplotlib for SVG."""
     if orbit is None or orbit.points is None:
         raise InputError("there is no orbit to draw")
@@ -137,8 +116,8 @@ def _draw(path: Path, orbit: Orbit | None, in_phase_space: bool) -> str:
 def save_figure(path: Path, draw: Callable[[Any], Any]) -> str:
     """Save the figure that `draw` makes with `orbitdb.cli.figures.orbits`; return a message about it."""
     style = load("orbitdb.plots.style", "a figure", "plot")
-    made = draw(load("orbitdb.cli.figures.orbits", "a figure", "plot"))
-    said = str(made.get_label())
+    figure = draw(load("orbitdb.cli.figures.orbits", "a figure", "plot"))
+    title = str(figure.get_label())
     with complete(path) as draft:
-        style.save(made, draft, path.suffix[1:], said)
-    return f"{said} drawn in {path}"
+        style.save(figure, draft, path.suffix[1:], title)
+    return f"{title} drawn in {path}"

@@ -5,7 +5,6 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
-from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 from textual import events
@@ -13,7 +12,7 @@ from textual.widgets import RichLog
 
 from orbitdb.cli.orbit_facts import bounce_rows, facts
 from orbitdb.cli.output import code_text
-from orbitdb.cli.tui.keys import SCROLLING
+from orbitdb.cli.tui.screens import SCROLLING
 from orbitdb.cli.tui.stored import Certificate, Partners
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.symbols.symmetry import ELEMENTS, MIRROR_X, MIRROR_Y, REVERSE, images_of
@@ -83,15 +82,17 @@ class Bounces(NamedTuple):
         yield Text("\n".join(lines))
 
 
-def most_important(orbit: Orbit, certificate: Certificate) -> list[RenderableType]:
-    """Return the facts about an orbit, followed by its bounces if there are at most `_MOST_BOUNCES`."""
-    few = orbit.coordinates is not None and orbit.p <= _MOST_BOUNCES
-    return [table_of(facts_of(orbit, certificate)), *([Padding(Bounces(orbit), (1, 0, 0, 0))] if few else [])]
+def parts_of(
+    orbit: Orbit, certificate: Certificate, partners: Partners = (), whole: bool = False
+) -> list[RenderableType]:
+    """Return the facts about an orbit, followed by its bounces if there are at most `_MOST_BOUNCES`.
 
-
-def whole(orbit: Orbit, certificate: Certificate, partners: Partners) -> list[RenderableType]:
-    """Return everything known about an orbit: the facts, the words of its class, and its bounces."""
+    If `whole`, return everything known about it: with the words of its class and all of its bounces.
+    """
     facts = facts_of(orbit, certificate, partners)
+    if not whole:
+        few = orbit.coordinates is not None and orbit.p <= _MOST_BOUNCES
+        return [table_of(facts), "", Bounces(orbit)] if few else [table_of(facts)]
     if facts[0][1] != orbit.code:
         facts.insert(1, ("symbols", orbit.code))
     if orbit.solver is not None:
@@ -114,23 +115,19 @@ def _class(orbit: Orbit) -> list[tuple[str, str]]:
 
 
 class FactsPanel(RichLog):
-    """Facts about the current orbit, rendered only if they change, because rendering takes longest."""
+    """Facts about the current orbit, rendered only if they or the width change, because it takes long."""
 
     BINDING_GROUP_TITLE = "Facts"
     BINDINGS = SCROLLING
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(min_width=0, wrap=True, auto_scroll=False, id=id)
-        self._known: Sequence[RenderableType] = ()
+        self._parts: Sequence[RenderableType] = ()
 
     def show(self, *parts: RenderableType) -> None:
-        self._known = parts
+        self._parts = parts
         self.scroll_to(y=0, animate=False, immediate=True)
-        self._fold()
+        self.clear().write(Group(*parts))
 
     def on_resize(self, event: events.Resize) -> None:
-        self._fold()
-
-    def _fold(self) -> None:
-        self.clear()
-        self.write(Group(*self._known))
+        self.clear().write(Group(*self._parts))

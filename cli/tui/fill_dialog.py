@@ -1,8 +1,8 @@
 """The dialog that fills the catalogue: what to fill, an estimate of the cost, and the progress."""
 
 import time
-from collections.abc import Generator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,15 +10,14 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.content import Content
 from textual.message import Message
-from textual.widgets import Button, Input, Label, ProgressBar, Static
+from textual.widgets import Button, Input, Label, Static
 
 from orbitdb.cli.tui.dialogs import half_length
 from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
 from orbitdb.errors import InputError
-from orbitdb.store.file import migrate
+from orbitdb.progress import Tell, Work
 from orbitdb.store.selection import Selection, fillable, periods_up_to
 from orbitdb.symbols.enumeration import MAX_PERIOD
-from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import parse, primitive_root
 from orbitdb.text import exact, printable, several
 
@@ -27,8 +26,8 @@ _FIELDS = (
     ("periods", "periods", "2-11"),
     ("codes", "or codes", "1^20(02)^5 3, 1232131"),
 )
-_TELLING, _LONG = 0.01, 10.0
-"""The rate is shown after this fraction of the words, or these seconds, because small periods are slow."""
+_LINE = 54
+"""Columns of the line that says how far a fill is."""
 
 
 class Wish(NamedTuple):
@@ -41,37 +40,31 @@ class Wish(NamedTuple):
 
 @dataclass(frozen=True)
 class FillState:
-    """Progress of a fill: the number of words done, their total, and the current period p.
+    """What is filled, how far the work is, and the number of words done.
 
     `state` is ``running``, ``stopping``, ``done``, ``stopped`` or ``failed``, and `message` says why a fill
-    failed. `began` is a time of the monotonic clock.
+    failed.
     """
 
     wish: Wish
     state: str = "running"
     done: int = 0
-    total: int = 0
-    p: int = 0
-    began: float = field(default_factory=time.monotonic)
     message: str = ""
+    work: Work = field(default_factory=lambda: Work("filling"))
 
     @property
     def runs(self) -> bool:
         return self.state in ("running", "stopping")
 
     def sentence(self) -> str:
-        from orbitdb.filling.estimate import duration
+        if self.runs:
+            line = self.work.line(_LINE, time.monotonic())
+            return line if self.state == "running" else f"{self.state}: {line}"
+        return self.message if self.state == "failed" else f"{self.state}: {_words(self.done)}"
 
-        if self.state == "failed":
-            return self.message
-        if not self.runs:
-            return f"{self.state}: {self.done:,} word{'s' * (self.done != 1)}"
-        seconds = time.monotonic() - self.began
-        if not self.done or (self.done < _TELLING * self.total and seconds < _LONG):
-            return f"{self.state} …"
-        rate = self.done / seconds if seconds > 0 else 0.0
-        left = f", {duration((self.total - self.done) / rate)} left" if rate else ""
-        return f"{self.state}: p = {self.p}, {self.done / self.total:.0%}, {rate:,.0f}/s{left}"
+
+def _words(count: int) -> str:
+    return f"{count:,} word{'s' * (count != 1)}"
 
 
 def parse_wish(a: str, periods: str, codes: str) -> Wish:
@@ -94,27 +87,20 @@ def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
     if not coming.words:
         return f"these periods are already filled {at}: nothing to do", 0
     check_room(path, coming)
-    what = f"{coming.words:,} word{'s' * (coming.words != 1)}"
     takes = f"{about(coming.seconds)}, {gigabytes(coming.bytes)}"
-    return f"{what} to fill {at}: {takes}", coming.words
+    return f"{_words(coming.words)} to fill {at}: {takes}", coming.words
 
 
-def fill_steps(path: Path, state: FillState) -> Generator[FillState, None, None]:
-    """Fill the catalogue, and yield the progress after every stored batch."""
-    from orbitdb.filling.fill import fill_periods, fill_word
+def fill_wish(path: Path, wish: Wish, tell: Tell) -> None:
+    """Fill the catalogue, after creating it if there is none; `tell` is called after every stored batch."""
+    from orbitdb.catalogue import Catalogue
 
-    migrate(path)
-    wish = state.wish
-    if wish.words:
-        for count, word in enumerate(wish.words, 1):
-            fill_word(path, word, wish.a)
-            yield replace(state, done=count, total=len(wish.words), p=len(word))
-        return
-    counts = {p: count_admissible(p) for p in wish.periods}
-    steps = fill_periods(path, wish.a, wish.periods)
-    for step in steps:
-        before = sum(count for p, count in counts.items() if p < step.p)
-        yield replace(state, done=before + step.words, total=sum(counts.values()), p=step.p)
+    catalogue = Catalogue.create(path, wish.a)
+    if wish.periods:
+        catalogue.fill(wish.periods, progress=tell)
+    for count, word in enumerate(wish.words, 1):
+        catalogue.fill_word(word)
+        tell(count, len(wish.words), "words")
 
 
 _GREETING = """\
@@ -170,7 +156,6 @@ class FillDialog(Dialog[None]):
                     yield Label(title)
                     yield Field(self._values[name], placeholder=example, id=name, compact=True)
             yield Label("", id="cost", markup=False)
-            yield ProgressBar(show_eta=False, id="bar")
             yield Label("", id="progress", markup=False)
             with Horizontal(classes="buttons"):
                 yield Button("Fill", id="start", variant="primary")
@@ -188,10 +173,7 @@ class FillDialog(Dialog[None]):
         self.query_one(VerticalScroll).border_subtitle = f"escape closes this{'; the fill continues' * runs}"
         self.query_one("#cost").display = not runs
         self._weigh_fields()
-        bar = self.query_one("#bar", ProgressBar)
-        bar.display = state is not None
         if state is not None:
-            bar.update(total=state.total or None, progress=state.done)
             self.query_one("#progress", Label).update(state.sentence())
 
     def on_input_changed(self) -> None:
@@ -210,8 +192,7 @@ class FillDialog(Dialog[None]):
     def _weigh_fields(self, begin: bool = False) -> None:
         if self._fills:
             return
-        self.query_one("#bar").display = False  # the progress of the last fill no longer matters
-        self.query_one("#progress", Label).update("")
+        self.query_one("#progress", Label).update("")  # how the last fill ended no longer matters
         try:
             wish = parse_wish(*(self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS))
         except InputError as error:

@@ -3,38 +3,92 @@
 import os
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
+from typing import ClassVar
 
 from textual import events
 from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.screen import Screen
 from textual.widgets import Footer, Header, HelpPanel
 
 from orbitdb.cli.output import code_text
-from orbitdb.cli.tui.choices import Choices, FilterDialog, equals
-from orbitdb.cli.tui.dialogs import describe_code
+from orbitdb.cli.tui.choices import Choices, equals
+from orbitdb.cli.tui.dialogs import FilterDialog, describe_code
 from orbitdb.cli.tui.drawing import OrbitDrawing
 from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.fill_dialog import FillDialog, Greeting
-from orbitdb.cli.tui.keys import MAIN
 from orbitdb.cli.tui.orbit_panel import OrbitPanel
 from orbitdb.cli.tui.rows_panel import RowsPanel
-from orbitdb.cli.tui.screens import OwnScreen
+from orbitdb.cli.tui.screens import OwnScreen, key
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.cli.tui.view import Ordering, View
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.selection import Selection
+from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
 from orbitdb.symbols.words import least_rotation
 from orbitdb.text import exact
 
+_PAUSE = 0.25
+"""Seconds without a key before the rows of a filter that is being typed are read."""
+
+
+def _to(part: str, action: str) -> str:
+    return f"to({part!r}, {action!r})"
+
 
 class MainScreen(OwnScreen[None]):
-    """The main screen: the rows of the chosen subset, beside the current orbit."""
+    """The main screen: the rows of the chosen subset, beside the current orbit.
+
+    The orbit follows the cursor (`RowsPanel.word`), and the cursor goes to an orbit that was asked for
+    (`OrbitPanel.sought`). If that orbit has no row, it stays until the cursor moves.
+    """
 
     BINDING_GROUP_TITLE = "Orbits"
-    BINDINGS = MAIN
+    BINDINGS: ClassVar[list[BindingType]] = [
+        key("0", _to("position", "digit(0)"), "go to", tooltip="a period or code", key_display="0 .. 9"),
+        *(key(digit, _to("position", f"digit({digit})"), system=True) for digit in "123456789"),
+        key("backspace", _to("position", "take_back"), "delete", tooltip="the last digit"),
+        Binding("c", _to("side", "code"), "code", tooltip="in any rotation, stored or not"),
+        key("enter", "whole", "all facts", tooltip="about the orbit, or back"),
+        Binding("q", "leave_whole", "back", tooltip="to the rows"),
+        key("n", _to("table", "move(1)"), "next orbit"),
+        key("p", _to("table", "move(-1)"), "previous orbit"),
+        key("T,t", _to("side", f"move_in_class({REVERSE})"), "time reverse"),
+        key("X,x", _to("side", f"move_in_class({MIRROR_X})"), "left-right mirror image"),
+        key("Y", _to("side", f"move_in_class({MIRROR_Y})"), "up-down mirror image"),
+        key("escape", "back", "back", tooltip="to the row"),
+        key("space", _to("drawing", "particle"), "particle", tooltip="starts or stops"),
+        Binding("v", _to("drawing", "view"), "view", tooltip="stadium or phase space"),
+        key("less_than_sign", _to("side", "follow(False)"), "smaller a", tooltip="for this orbit"),
+        key("greater_than_sign", _to("side", "follow(True)"), "larger a", tooltip="for this orbit"),
+        key("comma", _to("side", "follow(False, True)"), "birth or death", tooltip="at the next smaller a"),
+        key("full_stop", _to("side", "follow(True, True)"), "birth or death", tooltip="at the next larger a"),
+        Binding("slash", _to("chips", "filter"), "filter", tooltip="the rows, as with --where"),
+        key("equals_sign", "filter_value", "filter", tooltip="by the value under the cursor"),
+        key("u", "past_view", "undo", tooltip="the last filter, order, columns or a"),
+        key("o", _to("chips", "turn('statuses', 1)"), "next status"),
+        key("O", _to("chips", "statuses"), "choose statuses", tooltip="from a list"),
+        key("r", _to("chips", "turn('time_reversal', 1)"), "time reversal", tooltip="self, pairs or all"),
+        key("right_square_bracket", _to("chips", "turn('periods', 1)"), "next period"),
+        key("left_square_bracket", _to("chips", "turn('periods', -1)"), "previous period"),
+        key("a", _to("chips", "half_length"), "another a"),
+        Binding("s", _to("rows", "sort"), "sort", tooltip="by a column"),
+        key("R", _to("rows", "reverse_order"), "reverse the order"),
+        key("C", _to("rows", "columns"), "choose columns"),
+        Binding("S", "statistics", "stats", tooltip="by period"),
+        Binding("d", "counts", "counts", tooltip="and histograms"),
+        key("asterisk", "mark", "mark", tooltip="the orbit, or remove its mark"),
+        key("apostrophe", _to("chips", "marked"), "marked orbits", tooltip="only, or all"),
+        key("y", _to("side", "copy"), "copy", tooltip="the code"),
+        key("E", "copy_view", "copy", tooltip="the view as a command or in Python"),
+        Binding("e", "export", "export", tooltip="to a file"),
+        Binding("f", "fill", "fill", tooltip="the catalogue"),
+        key("ctrl+r,f5", "look_again", "reload", tooltip="the file"),
+    ]
 
     whole: reactive[bool] = reactive(False, init=False, repaint=False, bindings=True, toggle_class="-whole")
 
@@ -47,7 +101,7 @@ class MainScreen(OwnScreen[None]):
         self.side = OrbitPanel(file, selection.a)
         self._view = self.view
         self._past: list[View] = []
-        self._trying = False  # a filter is being typed
+        self._word: str | None = None  # the word under the cursor before a filter was typed
 
     def compose(self) -> ComposeResult:
         yield Header()
@@ -60,9 +114,13 @@ class MainScreen(OwnScreen[None]):
 
     def on_mount(self) -> None:
         self.watch(self.choices, "selection", self._take_selection, init=False)
+        self.watch(self.choices, "trying", self._take_trying, init=False)
         self.watch(self.rows, "ordering", self._remember, init=False)
         self.watch(self.rows, "columns", self._remember, init=False)
+        self.watch(self.rows, "report", self._say_report, init=False)
+        self.watch(self.rows, "word", lambda word: self.side.show_word(word), init=False)
         self.watch(self.side, "orbit", self._take_orbit, init=False)
+        self.watch(self.side, "sought", self.rows.go_to, init=False)
         self.watch(self.app, "fill_state", self.say_choices)
         self.action_look_again()
         self.rows.table.focus()
@@ -85,7 +143,7 @@ class MainScreen(OwnScreen[None]):
 
     def _remember(self) -> None:
         """Remember the view before this change, unless a filter is still being typed."""
-        if not self._trying and self._view != self.view:
+        if not self.choices.trying and self._view != self.view:
             self._past.append(self._view)
             self._view = self.view
 
@@ -93,11 +151,10 @@ class MainScreen(OwnScreen[None]):
         if not self._past:
             self.notify("there is no view to go back to", timeout=2)
             return
-        self._view = view = self._past.pop()
-        self._trying = True
+        *past, view = self._past
         self.rows.ordering, self.rows.columns = view.ordering, view.columns
         self.choices.selection = view.selection
-        self._trying = False
+        self._past, self._view = past, view  # going back is no new view
 
     def action_copy_view(self) -> None:
         self.choices.ask_to_copy(self.view)
@@ -114,57 +171,24 @@ class MainScreen(OwnScreen[None]):
             self.rows.read(self.choices.selection)
 
     def _take_selection(self, old: Selection, selection: Selection) -> None:
-        """Show the new subset; if it is at another a, clear the screen first."""
+        """Show the new subset; at another a, clear the screen first, and find the word of the facts again."""
         self._remember()
+        orbit, trying = self.side.orbit, self.choices.trying
         if selection.a != old.a:
             self.side.clear(selection.a)
             self.rows.forget()
+        if trying:
+            self.rows.wanted = self._word
         self.say_choices()
-        self.rows.read(selection)
-
-    def on_rows_panel_read(self, message: RowsPanel.Read) -> None:
-        """Show new rows, then go to the digits that waited for them."""
-        self.catch_up()
-        if not len(message.rows) and not self.rows.alone:
-            self.side.orbit = None
-        if self.rows.take(message.rows):
-            self._say_no_row()
-        self.catch_up()
-        self.rows.position.go_on()
-
-    def catch_up(self) -> None:
-        """Bring cursor and orbit together, even if the message that one of them moved has not arrived yet."""
-        row = self.rows.table.row
-        if (sought := self.side.sought) is not None:
-            self.side.sought = None
-            if not self.rows.go_to(least_rotation(sought.code)) and self.rows.wanted is None:
-                self._say_no_row()
-            self.rows.say_orbit(self.side.orbit)
-        elif row is not None and row[0] != self.rows.left:
-            self.rows.left = None
-            self.side.show_word(row[0])
-
-    def on_rows_panel_moved(self) -> None:
-        self.catch_up()
-        self.rows.say_orbit(self.side.orbit)
-
-    def on_orbit_panel_sought(self) -> None:
-        self.catch_up()
-
-    def _say_no_row(self) -> None:
-        if (orbit := self.side.orbit) is not None:
-            outside = f"{code_text(orbit.code)} is not among the rows"
-            self.notify(outside if orbit.stored else "not stored: solved on the spot", timeout=4)
-
-    def action_digit(self, digit: str) -> None:
-        self.catch_up()
-        self.rows.position.take(digit)
+        self.rows.read(selection, pause=_PAUSE if trying else 0.0)
+        if selection.a != old.a and self.whole and orbit is not None:
+            self.side.ask_for(orbit.code)
 
     def on_paste(self, event: events.Paste) -> None:
         """Go to a pasted period or code as if it were typed; look up a word in run notation."""
         text = event.text.strip()
         if text.isdecimal() and text.isascii():
-            self.action_digit(text)
+            self.rows.position.take(text)
         else:
             try:
                 describe_code(text)
@@ -173,48 +197,34 @@ class MainScreen(OwnScreen[None]):
             else:
                 self.side.ask_for(text)
 
-    def action_filter(self) -> None:
-        """Edit the filter; the rows update as you type, and `escape` restores the previous rows."""
-        dialog = FilterDialog(self.rows, self.choices, self._kept.state.filters)
+    def _take_trying(self, trying: bool) -> None:
+        """Note where the cursor is when a filter begins to be typed; remember the view when it is done."""
+        row = self.rows.table.row
+        self._word = row[0] if trying and row is not None and self.rows.table.cursor else None
+        self._remember()
 
-        def take(where: str | None) -> None:
-            dialog.apply(dialog.before if where is None else where)
-            self._trying = False
-            self._remember()
-            if typed := where or (dialog.tried if dialog.tried != dialog.before else ""):
-                self._kept.remember(typed)
+    def _say_report(self) -> None:
+        if isinstance(dialog := self.app.screen, FilterDialog):
+            dialog.say(self.rows.report)
 
-        self._trying = True
-        self.app.push_screen(dialog, take)
+    on_screen_suspend = _say_report  # a dialog has opened
 
     def action_filter_value(self) -> None:
         if (cell := self.rows.table.cell) is not None:
             self.choices.add(equals(*cell))
 
-    def action_choose_a(self) -> None:
-        """Choose another a, stored or not; if all facts about a word are shown, show those at the new a."""
-
-        def take(a: float) -> None:
-            shown = self.side.orbit
-            self.choices.selection = replace(self.choices.selection, a=a)
-            if self.whole and shown is not None:
-                self.side.ask_for(shown.code)
-
-        self.choices.ask_for_a(take)
-
     def action_mark(self) -> None:
-        self.catch_up()
         if (orbit := self.side.need()) is not None:
             self.rows.marked = self.choices.mark(least_rotation(orbit.code))
 
     # the orbit
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Disable the keys that choose rows while the facts about an orbit hide the rows."""
+        """Disable the keys that choose rows while the facts about an orbit hide the rows; a can be chosen."""
         if action == "leave_whole":
             return self.whole
-        chooses = action in ("filter", "filter_value", "past_view") or (
-            action == "to" and parameters[0] in ("chips", "rows", "position")
+        chooses = action in ("filter_value", "past_view") or (
+            action == "to" and parameters[0] in ("chips", "rows") and parameters[1] != "half_length"
         )
         return not (self.whole and chooses) and super().check_action(action, parameters)
 
@@ -224,7 +234,6 @@ class MainScreen(OwnScreen[None]):
         self.say_choices()
 
     def action_whole(self) -> None:
-        self.catch_up()
         self.whole = not self.whole and self.side.need() is not None
 
     def action_leave_whole(self) -> None:
@@ -236,21 +245,18 @@ class MainScreen(OwnScreen[None]):
             self.app.action_hide_help_panel()
         elif self.whole:
             self.whole = False
-        elif not self.rows.position.give_up_digits():
-            self.rows.left, row = None, self.rows.table.row
-            if row is not None:
-                self.side.show_word(row[0], anew=True)
+        elif not self.rows.position.give_up_digits() and (row := self.rows.table.row) is not None:
+            self.side.show_word(row[0], anew=True)
 
     async def action_to(self, part: str, action: str) -> None:
-        """Bring the current orbit up to date with the cursor, then pass an action on to its widget."""
-        self.catch_up()
-        if part == "drawing" and self.has_class("-empty"):  # the greeting hides the drawing
+        """Pass an action on to a widget; the greeting hides the drawing, so that has nothing to show."""
+        if part == "drawing" and self.has_class("-empty"):
             self.side.need()
         await super().action_to(part, action)
 
     def _take_orbit(self, orbit: Orbit | None) -> None:
         """Show the panels once there is an orbit; while all its facts are shown, name it in the subtitle."""
-        self.rows.say_orbit(orbit)
+        self.rows.take_orbit(orbit)
         if orbit is not None:
             self.remove_class("-empty")
         if self.whole:
@@ -292,9 +298,14 @@ class MainScreen(OwnScreen[None]):
             self.app.push_screen(opened, lambda condition: self.choices.add(condition) if condition else None)
 
     def action_export(self) -> None:
-        from orbitdb.cli.tui.export import Shown, ask_for_shown
+        from orbitdb.cli.tui.export import ask_for_file, save_orbit, write_rows
 
-        self.catch_up()
-        phase = self.query_one(OrbitDrawing).phase and not self.whole
-        shown = Shown(self._file.reader, self.choices.selection, self.rows.ordering, self.side.orbit, phase)
-        ask_for_shown(self, shown, of_rows=self.rows.table.has_focus)
+        orbit, phase = self.side.orbit, self.query_one(OrbitDrawing).phase and not self.whole
+        of_rows = orbit is None or self.rows.table.has_focus
+        ask_for_file(
+            self,
+            "orbits.csv" if orbit is None or of_rows else f"{orbit.code[:40]}.svg",
+            "the bounces in phase space" if phase else "the orbit in its stadium",
+            partial(save_orbit, orbit, phase),
+            partial(write_rows, self._file.reader, self.choices.selection, self.rows.ordering),
+        )

@@ -4,18 +4,18 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from rich.console import RenderableType
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.message import Message
 from textual.reactive import reactive
 
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.cli.output import code_text, repeats
 from orbitdb.cli.tui.dialogs import LineDialog, describe_code
 from orbitdb.cli.tui.drawing import OrbitDrawing
-from orbitdb.cli.tui.facts import ELEMENT_NAMES, FactsPanel, most_important, whole
+from orbitdb.cli.tui.facts import ELEMENT_NAMES, FactsPanel, parts_of
 from orbitdb.cli.tui.screens import Working
-from orbitdb.cli.tui.stored import CatalogueFile, Partners
+from orbitdb.cli.tui.stored import CatalogueFile
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.lookup import with_existence
@@ -28,6 +28,7 @@ STEP = 0.02
 _DIGITS, _DIGITS_BESIDE = 4, 11
 """Significant digits of a after a step, and beside a birth or death."""
 _BESIDE = 1e-9
+_FOLLOWING = "following …"
 
 Lives = Sequence[tuple[float, float | None]]
 
@@ -70,23 +71,19 @@ def change_between(lives: Lives, before: float, after: float) -> str | None:
 class OrbitPanel(Vertical, Working):
     """The current orbit, which may differ from the row under the cursor, and may be at another a.
 
-    `home` is the a of the rows. `sought` is an orbit that was asked for, until the rows have looked for it.
+    `home` is the a of the rows. `sought` is the last orbit that was asked for, whose row is to be found.
     """
 
     orbit: reactive[Orbit | None] = reactive(None, always_update=True, init=False, repaint=False)
     whole: reactive[bool] = reactive(False, init=False, repaint=False)
-    sought: Orbit | None = None
-
-    class Sought(Message):
-        """Reports that the requested orbit is shown."""
+    sought: reactive[Orbit | None] = reactive(None, always_update=True, init=False, repaint=False)
 
     def __init__(self, file: CatalogueFile, a: float) -> None:
         super().__init__(id="side")
         self._file, self.home = file, a
-        self._solving: str | None = None
         self._codes: list[str] = []
         self._steps: list[tuple[bool, bool]] = []
-        self._following = False
+        self._work = ""  # what is being computed
 
     def compose(self) -> ComposeResult:
         yield OrbitDrawing(self.home, id="drawing").data_bind(OrbitPanel.orbit)
@@ -108,46 +105,40 @@ class OrbitPanel(Vertical, Working):
     def _show_facts(self) -> None:
         """Show the facts at once. If all are wanted, add the births and deaths when they have been found."""
         orbit, facts = self.orbit, self.query_one(FactsPanel)
+        self.give_up("lives")
         if orbit is None:
             facts.show()
-        elif self.whole:
-            self._show_whole((orbit, ()))
-            self.in_thread("lives", lambda _: self._complete(orbit), self._show_whole)
-        else:
-            self.give_up("lives")
-            facts.show(*most_important(orbit, self._file.certificate(orbit)))
+            return
+        facts.show(*parts_of(orbit, self._file.certificate(orbit), whole=self.whole))
+        if self.whole:
+            self.in_thread("lives", lambda _: self._all_facts(orbit), lambda parts: facts.show(*parts))
 
-    def _complete(self, orbit: Orbit) -> tuple[Orbit, Partners]:
-        """Return the orbit with the ranges of a in which it exists, and the classes born with it."""
+    def _all_facts(self, orbit: Orbit) -> list[RenderableType]:
+        """Return the facts, with the ranges of a in which the orbit exists, and the classes born with it."""
         orbit = with_existence(orbit)
-        return orbit, self._file.partners(orbit)
-
-    def _show_whole(self, complete: tuple[Orbit, Partners]) -> None:
-        orbit, partners = complete
-        self.query_one(FactsPanel).show(*whole(orbit, self._file.certificate(orbit), partners))
+        return parts_of(orbit, self._file.certificate(orbit), self._file.partners(orbit), whole=True)
 
     def _entitle(self, title: str = "") -> None:
         """Set the title of the facts to the work in progress, to `title`, or to the a of a followed orbit."""
-        if self._solving is not None:
-            title = f"solving {code_text(self._solving)} …"
-        elif self._following:
-            title = "following …"
-        elif self.orbit is not None and self.orbit.a != self.home:
-            title = title or f"facts at a = {exact(self.orbit.a)}"
-        self.query_one(FactsPanel).border_title = title or ("all facts" if self.whole else "facts")
+        if not title and self.orbit is not None and self.orbit.a != self.home:
+            title = f"facts at a = {exact(self.orbit.a)}"
+        title = self._work or title or ("all facts" if self.whole else "facts")
+        self.query_one(FactsPanel).border_title = title
 
     def clear(self, a: float) -> None:
-        self.home = a
-        self.sought = self.orbit = None
+        self.home, self.orbit = a, None
 
     def need(self) -> Orbit | None:
         if self.orbit is None:
             self.notify("no orbit is shown: press c and type a code", timeout=2)
         return self.orbit
 
-    def show_word(self, word: str, anew: bool = False) -> None:
+    def show_word(self, word: str | None, anew: bool = False) -> None:
         """Show a word, given as its least rotation; if another rotation is shown, keep it unless `anew`."""
         shown = self.orbit
+        if word is None:
+            self.orbit = None
+            return
         if shown is not None and not anew and word in (shown.code, least_rotation(shown.code)):
             if shown.stored or shown.a != self.home:
                 return
@@ -160,8 +151,8 @@ class OrbitPanel(Vertical, Working):
 
     def seek(self, orbit: Orbit) -> None:
         """Show an orbit as given, and ask for its row."""
-        self.orbit = self.sought = orbit
-        self.post_message(self.Sought())
+        self.orbit = orbit
+        self.sought = orbit
 
     # other orbits
 
@@ -171,20 +162,22 @@ class OrbitPanel(Vertical, Working):
         root, a = primitive_root(word), self.home
         if root != word:
             self.notify(repeats(word, root))
-        self._solve(root)
-        self.in_thread("find", lambda _: self._file.find(root, a), self.take_found, self._solve_failed)
+        self._begin(f"solving {code_text(root)} …")
+        self.in_thread("find", lambda _: self._file.find(root, a), self.take_found)
 
-    def _solve(self, word: str | None) -> None:
-        self._solving = word
+    def _begin(self, work: str = "") -> None:
+        """Say what is being computed; without an argument, that nothing is."""
+        self._work = work
         self._entitle()
 
-    def _solve_failed(self, reason: str) -> None:
-        self._solve(None)
-        self.failed(reason)
+    def failed(self, reason: str) -> None:
+        self._steps = []
+        self._begin()
+        super().failed(reason)
 
     def take_found(self, orbit: Orbit) -> None:
         """Show an orbit that was looked up, unless a has changed meanwhile."""
-        self._solve(None)
+        self._begin()
         if orbit.a == self.home:
             self.seek(orbit)
 
@@ -221,10 +214,11 @@ class OrbitPanel(Vertical, Working):
             self._go_on()
 
     def _go_on(self) -> None:
-        orbit, home = self.orbit, self.home
-        if self._following or orbit is None or not self._steps:
+        orbit, home, steps = self.orbit, self.home, self._steps
+        if self._work == _FOLLOWING or orbit is None or not steps:
             return
-        steps, self._steps = self._steps, []
+        self._steps = []
+        self._begin(_FOLLOWING)
 
         def follow(_: object) -> Orbit:
             lives, a = with_existence(orbit).exists or (), orbit.a
@@ -234,23 +228,15 @@ class OrbitPanel(Vertical, Working):
             return replace(orbit if a == orbit.a else self._file.find(orbit.code, a), exists=lives)
 
         def arrive(followed: Orbit) -> None:
-            self._following, waiting = False, self._steps
+            waiting = self._steps
             if self.orbit is orbit:
                 self.orbit, self._steps = followed, waiting
-                if followed.a == orbit.a and steps[-1][1]:
-                    self.notify(
-                        f"no birth or death at a {'larger' if steps[-1][0] else 'smaller'} a", timeout=2
-                    )
+                up, to_change = steps[-1]
+                if followed.a == orbit.a and to_change:
+                    self.notify(f"no birth or death at a {'larger' if up else 'smaller'} a", timeout=2)
                 elif happened := change_between(followed.exists or (), orbit.a, followed.a):
                     self.notify(happened)
-            self._entitle()
+            self._begin()
             self._go_on()
 
-        def fail(reason: str) -> None:
-            self._following, self._steps = False, []
-            self._entitle()
-            self.failed(reason)
-
-        self._following = True
-        self._entitle()
-        self.in_thread("follow", follow, arrive, fail)
+        self.in_thread("follow", follow, arrive)

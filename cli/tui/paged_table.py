@@ -16,7 +16,7 @@ from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
 from orbitdb.cli.output import number
-from orbitdb.cli.tui.keys import key
+from orbitdb.cli.tui.screens import key
 from orbitdb.cli.tui.view import COLUMNS, EVERY, NONE, Column, Ordering, Pages, Row
 
 _LONGEST_CODE = 24
@@ -49,9 +49,6 @@ class PagedTable(ScrollView, can_focus=True):
     columns: reactive[tuple[Column, ...]] = reactive(COLUMNS)
     marked: reactive[frozenset[str]] = reactive(frozenset())
 
-    class Moved(Message):
-        """Reports that the cursor moved or the rows changed."""
-
     @dataclass
     class HeadingClicked(Message):
         """Asks to sort by the column whose heading was clicked."""
@@ -69,7 +66,7 @@ class PagedTable(ScrollView, can_focus=True):
         self.source = source
         self._measure()
         self.set_reactive(PagedTable.cursor, max(0, min(cursor, len(source) - 1)))
-        self._cursor_moved()
+        self._scroll_to_cursor()
         self.refresh()
 
     @property
@@ -93,7 +90,7 @@ class PagedTable(ScrollView, can_focus=True):
 
     def watch_cursor(self, old: int, cursor: int) -> None:
         """Scroll to the cursor, and redraw the row that it left and the row that it reached."""
-        self._cursor_moved()
+        self._scroll_to_cursor()
         for place in (old, cursor):
             self.refresh_line(place + 1)  # below the heading
 
@@ -108,20 +105,19 @@ class PagedTable(ScrollView, can_focus=True):
     def watch_columns(self) -> None:
         self._first, self.column = 1, 0
 
-    def _cursor_moved(self) -> None:
+    def _scroll_to_cursor(self) -> None:
         height = max(self.size.height - 1, 1)
         top = self.scroll_offset.y
         if not top <= self.cursor < top + height:
             target = self.cursor if self.cursor < top else self.cursor - height + 1
             self.scroll_to(y=target, animate=False, force=True, immediate=True)
-        self.post_message(self.Moved())
 
     def _measure(self) -> None:
         self.virtual_size = Size(self.scrollable_content_region.width, len(self.source) + 1)
 
     def on_resize(self, event: events.Resize) -> None:
         self._measure()
-        self._cursor_moved()
+        self._scroll_to_cursor()
         self.watch_column(self.column)
 
     def action_move(self, steps: int) -> None:

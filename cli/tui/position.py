@@ -19,7 +19,6 @@ from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_prim
 PAUSE = 2.0
 """Seconds without a key after which a digit begins a new number."""
 
-
 Place = tuple[int | None, str]
 """The index of a row, or None, and a description of what was found there."""
 
@@ -60,10 +59,9 @@ class Position(Widget, Working):
     def __init__(self, table: PagedTable, reads: Callable[[], bool]) -> None:
         super().__init__(id="position")
         self._table, self._reads = table, reads
-        self._typed = ""
-        self._typed_at = 0.0
+        self._typed, self._typed_at = "", 0.0
         self._begun_at = self._landed = 0
-        self._led_to: str | None = ""  # None during the search
+        self._led_to = ""
 
     def render(self) -> Text:
         """Return where the digits led, until the cursor moves on, and the position of the cursor."""
@@ -80,8 +78,7 @@ class Position(Widget, Working):
     @property
     def note(self) -> str:
         """Where the digits led; empty once the cursor has moved on."""
-        result = f"{self._typed} …" if self._led_to is None else self._led_to
-        return result if self.under_way else ""
+        return self._led_to if self.under_way else ""
 
     def take(self, digits: str) -> None:
         """Add typed or pasted digits, and go to the row that they stand for."""
@@ -90,6 +87,9 @@ class Position(Widget, Working):
             self._typed, self._begun_at = "", self._table.cursor
         self._typed_at = now
         self._jump(f"{self._typed}{digits}")
+
+    def action_digit(self, digit: int) -> None:
+        self.take(str(digit))
 
     def action_take_back(self) -> None:
         if self.under_way:
@@ -103,14 +103,14 @@ class Position(Widget, Working):
         return typed
 
     def go_on(self) -> None:
-        """Look up digits that were typed before the rows arrived."""
-        if self._led_to is None and self.under_way:
+        """Look digits up among new rows, unless the cursor has moved on."""
+        if self.under_way:
             self._jump(self._typed)
 
     def _jump(self, typed: str) -> None:
-        self._typed, self._landed, self._led_to = typed, self._table.cursor, None
+        self._typed, self._landed, self._led_to = typed, self._table.cursor, f"{typed} …"
         if not typed:
-            self._land((self._begun_at, ""))
+            self._table.cursor = self._begun_at
         elif not self._reads():
             self.in_thread("jump", partial(place_of, self._table.source, typed), self._arrive)
         self.refresh()
@@ -118,9 +118,6 @@ class Position(Widget, Working):
     def _arrive(self, place: Place) -> None:
         """Go to the row that was found, unless the cursor has moved on."""
         if self.under_way:
-            self._land(place)
-
-    def _land(self, place: Place) -> None:
-        index, self._led_to = place
-        self._table.cursor = self._landed = self._table.cursor if index is None else index
-        self.refresh()
+            index, self._led_to = place
+            self._table.cursor = self._landed = self._table.cursor if index is None else index
+            self.refresh()

@@ -1,15 +1,15 @@
 """The panel of the rows: the table, notes on gaps, and the position of the cursor."""
 
+import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
-from textual.message import Message
 from textual.reactive import reactive
 from textual.widgets import Static
 
 from orbitdb.answers.completeness import lacking_births, partial_fills, unfilled
+from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.dialogs import ChoiceDialog, ColumnDialog, Names
 from orbitdb.cli.tui.paged_table import PagedTable
 from orbitdb.cli.tui.position import Position
@@ -35,27 +35,18 @@ _SHOWN = 12
 class RowsPanel(Vertical, Working):
     """The panel that reads and shows the rows of a subset in some order.
 
-    `total` is the number of rows without a filter; it is None until they are counted. When new rows arrive,
-    the cursor goes to the `wanted` word. `left` is the word of the row under the cursor while another word is
-    shown.
+    `total` is the number of rows without a filter; it is None until they are counted. `word` is set to the
+    word under the cursor whenever it should be shown. When new rows arrive, the cursor goes to the `wanted`
+    word.
     """
 
     wanted: str | None = None
-    left: str | None = None
+    word: reactive[str | None] = reactive(None, always_update=True, init=False, repaint=False)
     ordering: reactive[Ordering] = reactive(Ordering(), init=False, repaint=False)
     columns: reactive[tuple[Column, ...]] = reactive(COLUMNS, init=False, repaint=False)
     marked: reactive[frozenset[str]] = reactive(frozenset(), repaint=False)
     total: reactive[int | None] = reactive(None, repaint=False)
     report: reactive[str] = reactive("", repaint=False)
-
-    class Moved(Message):
-        """Reports that the cursor moved or the rows changed."""
-
-    @dataclass
-    class Read(Message):
-        """Carries the requested rows, which are not shown yet."""
-
-        rows: Pages
 
     def __init__(self, file: CatalogueFile, kept: Kept) -> None:
         super().__init__(id="rows")
@@ -63,8 +54,8 @@ class RowsPanel(Vertical, Working):
         self.table = PagedTable(id="table")
         self.position = Position(self.table, lambda: self.reads)
         self.border_title = "words"
-        self.asked: Selection | None = None
-        self._shown: str | None = None  # the word of the current orbit, as its least rotation
+        self._asked: Selection | None = None
+        self._orbit: Orbit | None = None  # the current one
         self.set_reactive(RowsPanel.columns, columns_named(kept.state.columns))
         self.set_reactive(RowsPanel.marked, frozenset(kept.state.marked))
 
@@ -72,6 +63,9 @@ class RowsPanel(Vertical, Working):
         yield self.table.data_bind(RowsPanel.columns, RowsPanel.marked)
         yield Static(id="unfilled", markup=False)
         yield self.position.data_bind(RowsPanel.total)
+
+    def on_mount(self) -> None:
+        self.watch(self.table, "cursor", self._show_word, init=False)
 
     # sort order and columns
 
@@ -98,8 +92,8 @@ class RowsPanel(Vertical, Working):
         self.ask(ColumnDialog([column.name for column in self.columns]), take)
 
     def watch_ordering(self) -> None:
-        if self.asked is not None:
-            self.read(self.asked)
+        if self._asked is not None:
+            self.read(self._asked)
 
     def watch_columns(self, columns: tuple[Column, ...]) -> None:
         """Read the rows again, with the new columns, and keep the columns for the next session."""
@@ -109,21 +103,24 @@ class RowsPanel(Vertical, Working):
 
     # reading
 
-    def read(self, selection: Selection) -> None:
-        """Read the rows of a subset in a worker, and hand them over unless others are requested meanwhile.
+    def read(self, selection: Selection, pause: float = 0.0) -> None:
+        """Read the rows of a subset in a worker, and show them unless others are requested meanwhile.
 
-        If the table is empty and all words are requested in the default order, the first rows are shown
-        early.
+        The worker begins after a pause in seconds. If the table is empty and all words are requested in the
+        default order, the first rows are shown early.
         """
         if (catalogue := self._file.reader) is None:
             return
         ordering, total = self.ordering, self.total
         fields = fields_of(self.columns, ordering.column)
-        self.asked = selection
+        self._asked = selection
         self.report = self.border_title = _AT_WORK[ordering != self.table.ordering]
         everything, nothing = Selection(selection.a), self.table.source is NONE
 
         def find(cancelled: Callable[[], bool]) -> Iterator[_Reading]:
+            time.sleep(pause)
+            if cancelled():
+                return
             with catalogue.moment() as moment:
                 gaps = _gaps(moment, selection)
                 if nothing and (selection, ordering) == (everything, Ordering()):
@@ -145,15 +142,16 @@ class RowsPanel(Vertical, Working):
             self.say_gaps(*gaps)
             if self.total is not None:
                 self.report = f"{len(rows):,} of {self.total:,} words"
-                self.post_message(self.Read(rows))
-            elif self._shown is None:  # otherwise the current word would lose its row
+                self.take(rows)
+            elif self._orbit is None:  # otherwise the current word would lose its row
                 self.table.show(rows)
+                self._show_word()
 
         self.in_thread("rows", find, show, self._fail)
 
     def _fail(self, reason: str) -> None:
         """Show the error and an empty table, because the old rows belong to another subset."""
-        self.show(NONE)
+        self._show(NONE)
         self.report = reason
         if self.screen.is_current:  # otherwise the filter dialog shows the error
             self.failed(reason)
@@ -162,61 +160,61 @@ class RowsPanel(Vertical, Working):
     def reads(self) -> bool:
         return self.report in _AT_WORK
 
-    def stop_reading(self) -> None:
-        """Stop reading, because another subset is going to be chosen."""
-        if self.reads:
-            self.give_up("rows")
-            self.report, self.asked, self.border_title = "", None, "words"
-
     # the cursor
-
-    def show(self, rows: Pages, cursor: int = 0) -> None:
-        """Show rows, and remove the note that they are being read."""
-        self.table.show(rows, cursor)
-        self.border_title = "words"
 
     @property
     def alone(self) -> str | None:
         """The word of the current orbit; None if it is the word of the row under the cursor."""
-        row = self.table.row
-        return None if row is not None and row[0] == self._shown else self._shown
+        row, orbit = self.table.row, self._orbit
+        word = None if orbit is None else least_rotation(orbit.code)
+        return None if row is not None and row[0] == word else word
 
-    def take(self, rows: Pages) -> bool:
-        """Show new rows, and return whether the word that was asked for is missing from them.
+    def take(self, rows: Pages) -> None:
+        """Show new rows, and look up digits that were typed before they arrived.
 
-        The cursor stays on its word if that is among the new rows, and at the top if it was there. If the
-        current orbit now has a row, the cursor goes to it.
+        If the wanted word or the current orbit now has a row, the cursor goes to it. Otherwise the cursor
+        stays on its word, if that is among the rows and not at the top, and an orbit without a row stays.
         """
-        row, alone = self.table.row, self.alone
-        word = self.wanted or alone or (row[0] if row is not None and self.table.cursor else None)
-        place, asked_for = rows.position(word) if word else None, self.wanted == alone
-        self.wanted = self.left = None
-        self.show(rows, place or 0)
+        row, alone, wanted = self.table.row, self.alone, self.wanted
+        word = wanted or alone or (row[0] if row is not None and self.table.cursor else None)
+        place = rows.position(word) if word else None
+        self._show(rows, place or 0)
         if alone is None or place is not None:
-            return False
-        self.leave()
-        return asked_for
+            self._show_word()
+        elif wanted == alone:
+            self._say_no_row()
+        self._say_place()
+        self.position.go_on()
 
-    def go_to(self, word: str) -> bool:
-        """Put the cursor on the row of a word, now or once the row arrives; return whether it is there."""
+    def _show(self, rows: Pages, cursor: int = 0) -> None:
+        self.table.show(rows, cursor)
+        self.wanted, self.border_title = None, "words"
+
+    def _show_word(self) -> None:
+        """Have the word under the cursor shown; with no rows, none."""
+        row = self.table.row
+        self.word = None if row is None else row[0]
+        self._say_place()
+
+    def go_to(self, orbit: Orbit | None) -> None:
+        """Put the cursor on the row of an orbit, now or once the row arrives."""
+        if orbit is None:
+            return
+        word = least_rotation(orbit.code)
         place = self.table.source.position(word)
         if place is not None:
-            self.left, self.table.cursor = None, place
+            self.table.cursor = place
+        elif self.reads:
+            self.wanted = word
         else:
-            self.wanted = word if self.reads else None
-            self.leave()
-        return place is not None
-
-    def leave(self) -> None:
-        """Let a word other than that of the row be shown until the cursor moves."""
-        row = self.table.row
-        self.left = None if row is None else row[0]
+            self._say_no_row()
+        self._say_place()
 
     def forget(self) -> None:
         """Show no rows, because those of another stadium are going to be read."""
-        self.wanted = self.left = self.total = None
+        self.total = None
         self.say_gaps("", "")
-        self.table.show(NONE)
+        self._show(NONE)
 
     # notes
 
@@ -227,20 +225,23 @@ class RowsPanel(Vertical, Working):
             note.display = bool(gaps)
             note.update(gaps)
 
-    def say_orbit(self, orbit: Orbit | None) -> None:
-        """Take the current orbit; if it has no row, say so in place of the position of the cursor."""
-        self._shown = None if orbit is None else least_rotation(orbit.code)
-        aside = ""
+    def take_orbit(self, orbit: Orbit | None) -> None:
+        self._orbit = orbit
+        self._say_place()
+
+    def _say_place(self) -> None:
+        """Show the position of the cursor, or, if the current orbit has no row, a note that says so."""
+        orbit, aside = self._orbit, ""
         if orbit is not None and self.alone:
             code = orbit.code if orbit.p <= _SHOWN else f"{orbit.code[:_SHOWN]}…"
             aside = f"{code} is not {'among these rows' if orbit.stored else 'stored'}"
         self.position.aside = aside
         self.position.refresh()
 
-    def on_paged_table_moved(self, message: PagedTable.Moved) -> None:
-        """Post the message again from this panel: Textual stops it at its sender, which may be this panel."""
-        message.stop()
-        self.post_message(self.Moved())
+    def _say_no_row(self) -> None:
+        if (orbit := self._orbit) is not None:
+            outside = f"{code_text(orbit.code)} is not among the rows"
+            self.notify(outside if orbit.stored else "not stored: solved on the spot", timeout=4)
 
 
 def _gaps(moment: Moment, selection: Selection) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""Base classes of screens and dialogs, which run work in threads and close only once."""
+"""Base classes of screens and dialogs, which run work in threads and close only once; keys they share."""
 
 from collections.abc import Callable, Generator
 from contextlib import suppress
@@ -7,7 +7,7 @@ from typing import Any, ClassVar, TypeVar
 
 from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
-from textual.binding import BindingType
+from textual.binding import Binding, BindingType
 from textual.command import CommandPalette
 from textual.containers import Horizontal, ScrollableContainer, Vertical
 from textual.dom import DOMNode
@@ -16,12 +16,31 @@ from textual.screen import ModalScreen, Screen
 from textual.widgets import Button, Input, Label
 from textual.worker import Worker
 
-from orbitdb.cli.tui.keys import SCROLLING, key
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.where import CancelledError
 
 Result = TypeVar("Result")
 Answer = TypeVar("Answer")
+
+# Textual's help shows the description of a key, then its tooltip; the footer shows the description.
+key = partial(Binding, show=False)
+"""Make a binding that the footer does not show."""
+
+SCROLLING: list[BindingType] = [
+    key("j,down", "scroll_down", "down"),
+    key("k,up", "scroll_up", "up"),
+    key("pagedown", "page_down", "next page"),
+    key("pageup", "page_up", "previous page"),
+    key("g,home", "scroll_home", "to the top"),
+    key("G,end", "scroll_end", "to the end"),
+    key("l,right", "scroll_right", "right"),
+    key("h,left", "scroll_left", "left"),
+]
+
+LEAVING: list[BindingType] = [
+    Binding("escape", "dismiss", "back", tooltip="to the orbits"),
+    key("q", "dismiss", "back", tooltip="to the orbits"),
+]
 
 
 class Working(DOMNode):

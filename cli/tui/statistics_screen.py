@@ -21,8 +21,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.braille import Curve
 from orbitdb.cli.tui.drawing import Plot
-from orbitdb.cli.tui.keys import LEAVING
-from orbitdb.cli.tui.screens import OwnScreen, ScrollBox
+from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox
 from orbitdb.errors import InputError
 from orbitdb.store.file import Reader
 from orbitdb.store.fills import best_reference, read_fills
@@ -220,10 +219,10 @@ class StatisticsScreen(OwnScreen[str | None]):
             return
         curves, title = curves_of(self.result, self.reference), self._selection.describe()
 
-        def write(path: Path, _: object) -> str:
+        def draw(path: Path) -> str:
             return save_figure(path, lambda figures: figures.draw_curves(curves, _TITLES, title))
 
-        ask_for_file(self, "statistics.png", write, "the three plots, one below another")
+        ask_for_file(self, "statistics.png", "the three plots, one below another", draw)
 
     def action_weight(self) -> None:
         self._weight = next(weight for weight in Weight if weight is not self._weight)

@@ -5,21 +5,26 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
+from typing import TypeVar
+
+import sqlalchemy as sa
 
 from orbitdb.answers.export import complete
 from orbitdb.cli.tui.view import USUAL
 from orbitdb.errors import InputError, StoreError
-from orbitdb.orbits.orbit import Orbit, solve_word
+from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.connection import driver
 from orbitdb.store.file import Reader, check_file
 from orbitdb.store.fills import read_fills
-from orbitdb.store.lookup import a_values, born_with, certificate_of, find_word
+from orbitdb.store.lookup import a_values, born_with, certificate_of, find_or_solve
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
 Certificate = tuple[float, int] | None
 """Radius and precision, in bits, of a stored proof; None if there is no proof."""
 Partners = Sequence[tuple[float, list[str]]]
 """The a of each birth of a word, with the representatives of the classes born there on the same path."""
+
+Answer = TypeVar("Answer")
 
 _MOST_FILTERS = 50
 
@@ -29,47 +34,42 @@ class CatalogueFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._reader = _opened(path)
+        self._reader: Reader | None = None
+        check_file(path)
 
     @property
     def reader(self) -> Reader | None:
-        self._reader = self._reader or _opened(self.path)
+        if self._reader is None and check_file(self.path) is not None:
+            self._reader = Reader(self.path)
         return self._reader
+
+    def _ask(self, question: Callable[[sa.Connection], Answer], otherwise: Answer) -> Answer:
+        """Return the answer that a question gets from the file, or `otherwise` if there is no file."""
+        if self.reader is None:
+            return otherwise
+        with self.reader.moment() as moment:
+            return question(moment.connection)
 
     def find(self, word: str, a: float) -> Orbit:
         """Return the stored orbit of a word at this a, or solve the word if it is not stored."""
-        stored = None
-        if self.reader is not None:
-            with self.reader.moment() as moment:
-                stored = find_word(driver(moment.connection), word, a)
-        return solve_word(word, a) if stored is None else stored
+        return find_or_solve(self.path if self.reader else None, word, a)
 
     def a_values(self) -> list[float]:
-        if self.reader is None:
-            return []
-        with self.reader.moment() as moment:
-            return a_values(driver(moment.connection))
+        return self._ask(lambda connection: a_values(driver(connection)), [])
 
     def periods(self, a: float) -> list[int]:
         """Return the periods that are filled at this a, completely or in part."""
-        if self.reader is None:
-            return []
-        with self.reader.moment() as moment:
-            return [fill.p for fill in read_fills(moment.connection, a)]
+        return self._ask(lambda connection: [fill.p for fill in read_fills(connection, a)], [])
 
     def certificate(self, orbit: Orbit) -> Certificate:
-        if self.reader is None or not orbit.stored or orbit.length is None:
+        if not orbit.stored or orbit.length is None:
             return None
-        with self.reader.moment() as moment:
-            return certificate_of(driver(moment.connection), orbit.representative, orbit.a)
+        word, a = orbit.representative, orbit.a
+        return self._ask(lambda connection: certificate_of(driver(connection), word, a), None)
 
     def partners(self, orbit: Orbit) -> Partners:
         """Return the births of an orbit, each with the classes born there on the same path."""
-        return born_with(None if self.reader is None else self.path, orbit)
-
-
-def _opened(path: Path) -> Reader | None:
-    return None if check_file(path) is None else Reader(path)
+        return born_with(self.path if self.reader else None, orbit)
 
 
 @dataclass

@@ -2,6 +2,7 @@
 
 import shutil
 import sys
+from functools import partial
 
 import pytest
 from screens import ask, browsing, press, row_of, settle, shown, table_of, until
@@ -13,9 +14,8 @@ from orbitdb.cli.tui import position
 from orbitdb.cli.tui import statistics_screen as statistics
 from orbitdb.cli.tui.counts_screen import CountsScreen
 from orbitdb.cli.tui.drawing import OrbitDrawing
-from orbitdb.cli.tui.export import Shown, export
+from orbitdb.cli.tui.export import save_orbit, write_rows
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.stored import Kept
@@ -31,16 +31,16 @@ def errors(app):
 
 def test_exports_without_their_extra_name_it_and_leave_no_file(varied, tmp_path, monkeypatch):
     catalogue, orbit = Reader(varied), solve_word("13", 1.6)
-    for ending, module, told in (
-        ("parquet", "pyarrow", r"pip install 'orbitdb\[parquet\]'"),
-        ("png", "matplotlib", r"pip install 'orbitdb\[plot\]'"),
+    few = Selection(periods=((2, 3),))
+    for path, write, module, told in (
+        (tmp_path / "x.parquet", partial(write_rows, catalogue, few, Ordering()), "pyarrow", "parquet"),
+        (tmp_path / "x.png", partial(save_orbit, orbit, False), "matplotlib", "plot"),
     ):
         for loaded in ("orbitdb.plots.style", "pyarrow.parquet"):
             monkeypatch.delitem(sys.modules, loaded, raising=False)
         monkeypatch.setitem(sys.modules, module, None)
-        path = tmp_path / f"x.{ending}"
-        with pytest.raises(ModuleNotFoundError, match=told):
-            export(Shown(catalogue, Selection(periods=((2, 3),)), Ordering(), orbit), path)
+        with pytest.raises(ModuleNotFoundError, match=rf"pip install 'orbitdb\[{told}\]'"):
+            write(path)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -107,7 +107,7 @@ async def test_digits_typed_while_rows_are_read_take_effect_afterwards(filled, m
         table.show(NONE)
         main.rows.position.take("8")
         assert (table.cursor, main.rows.position.note) == (0, "8 …")
-        main.rows.post_message(RowsPanel.Read(pages))
+        main.rows.take(pages)
         await settle(pilot)
         assert (len(row_of(app)[0]), main.rows.position.note) == (8, "period 8")
 

@@ -2,15 +2,13 @@
 
 import sqlite3
 from contextlib import closing
-from types import SimpleNamespace
 
 import pytest
 from screens import ask, browsing, press, row_of, settle, shown, table_of, until, write
 from textual.widgets import Input
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.tui import fill_dialog as fill
-from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, Wish
+from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.filling.estimate import need
 from orbitdb.store.selection import Selection
@@ -37,16 +35,6 @@ async def test_the_dialog_states_the_cost_of_its_fields(filled_once):
         assert app.screen.query_one("#periods").disabled  # they would have no effect
         await write(pilot, "139", field="#codes")
         assert "symbol '9'" in cost(app)
-
-
-def test_a_running_fill_shows_its_rate(monkeypatch):
-    monkeypatch.setattr(fill, "time", SimpleNamespace(monotonic=lambda: 110.0))
-    for done, began in ((0, 50.0), (19, 100.5)):  # too little to estimate the time
-        assert FillState(Wish(1.6, (7,)), done=done, total=2000, p=7, began=began).sentence() == "running …"
-    slow = FillState(Wish(1.6, (7,)), done=19, total=2000, p=7, began=100.0)
-    assert slow.sentence() == "running: p = 7, 1%, 2/s, 17 minutes left"
-    running = FillState(Wish(1.6, (7,)), done=500, total=2000, p=7, began=100.0)
-    assert running.sentence() == "running: p = 7, 25%, 50/s, 30 s left"
 
 
 @pytest.mark.slow

@@ -78,7 +78,6 @@ async def test_the_orbit_is_followed_while_the_rows_stay(varied):
         await press(pilot, "less_than_sign", "greater_than_sign")
         assert side.orbit.a == 1.6
         side.orbit = solve_word("01552", 1.6)
-        app.screen.rows.leave()
         await press(pilot, "comma")
         assert side.orbit.a == pytest.approx(2 / 3**0.5, rel=1e-8)
         assert side.orbit.length is not None

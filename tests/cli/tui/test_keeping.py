@@ -8,7 +8,7 @@ from screens import ask, browsing, press, row_of, screen_lines, shown, table_of
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui import choices
-from orbitdb.cli.tui.export import Shown, export
+from orbitdb.cli.tui.export import write_rows
 from orbitdb.cli.tui.stored import Kept, State
 from orbitdb.cli.tui.view import COLUMNS, EVERY, USUAL, Ordering
 from orbitdb.columns import IN_CATALOGUE
@@ -73,7 +73,7 @@ async def test_marked_orbits_and_filters_are_kept_and_exported(filled_once, tmp_
         await ask(pilot, "slash", "p < 4")
         await press(pilot, "apostrophe")
         assert len(table_of(app).source) == 2
-        told = export(Shown(app.file.reader, app.screen.choices.selection, Ordering(), None), file)
+        told = write_rows(app.file.reader, app.screen.choices.selection, Ordering(), file)
         assert told.startswith("2 rows")
         await press(pilot, "asterisk")
         assert [row_of(app)[0], len(table_of(app).source)] == ["13", 1]
@@ -160,11 +160,11 @@ def test_choices_link_to_their_actions():
     chosen = Selection(1.0, ((2, 4), (7, 7)), statuses, "self", where="code like '[1]'")
     links = re.findall(r"\[@click=([^\]]*)\](.*?)\[/\]", choices.chips(chosen, [chosen.a, 7.0]))
     assert links == [
-        ("screen.choose_a", "a = 1, one of 2 stadiums"),
+        ("half_length", "a = 1, one of 2 stadiums"),
         ("turn('periods')", "p 2-4, 7"),
         ("turn('statuses')", "orbit, boundary"),
         ("turn('time_reversal')", "self-retracing"),
-        ("screen.filter", r"where code like '\[1]'"),
+        ("filter", r"where code like '\[1]'"),
     ]
 
 
@@ -180,4 +180,4 @@ def test_choices_link_to_their_actions():
 )  # fmt: skip
 def test_criteria_without_a_field_of_their_own_come_last(chosen, told):
     shown = choices.chips(chosen_by(**chosen), [])
-    assert shown.endswith(f"[@click=screen.filter]{told}[/]")
+    assert shown.endswith(f"[@click=filter]{told}[/]")

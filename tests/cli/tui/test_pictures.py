@@ -30,7 +30,7 @@ from orbitdb.cli.tui.braille import (
     phase_points,
     polyline,
 )
-from orbitdb.cli.tui.facts import whole
+from orbitdb.cli.tui.facts import parts_of
 from orbitdb.orbits.orbit import solve_word
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of, members
@@ -190,7 +190,7 @@ def test_a_curve_of_one_period_starts_at_the_axis():
 def text_of(orbit, partners=(), width=70):
     shown = StringIO()
     console = Console(file=shown, width=width)
-    console.print(Group(*whole(orbit, (2e-30, 128), partners)))
+    console.print(Group(*parts_of(orbit, (2e-30, 128), partners, whole=True)))
     return [line.rstrip() for line in shown.getvalue().splitlines()]
 
 

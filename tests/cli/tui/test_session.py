@@ -19,8 +19,8 @@ from orbitdb.cli.tui.choices import Choices
 from orbitdb.cli.tui.counts_screen import CountsScreen
 from orbitdb.cli.tui.dialogs import LineDialog, NameList
 from orbitdb.cli.tui.drawing import OrbitDrawing
-from orbitdb.cli.tui.facts import FactsPanel, facts_of, most_important
-from orbitdb.cli.tui.fill_dialog import FillState, Wish, cost_of, fill_steps
+from orbitdb.cli.tui.facts import FactsPanel, facts_of, parts_of
+from orbitdb.cli.tui.fill_dialog import FillState, Wish, cost_of, fill_wish
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.orbit_panel import OrbitPanel
 from orbitdb.cli.tui.paged_table import PagedTable
@@ -81,7 +81,7 @@ def test_long_codes_and_orbits_are_abbreviated():
     short, longer = (dict(facts_of(orbit)) for orbit in orbits[:2])
     assert short["code"] == "13" * 14 + "11"
     assert longer["runs"] == "(13)^15 1"
-    assert [len(most_important(orbit, None)) for orbit in orbits] == [2, 2, 2, 1]  # facts, and bounces if few
+    assert [len(parts_of(orbit, None)) for orbit in orbits] == [3, 3, 3, 1]  # facts, and bounces if few
 
 
 @pytest.fixture
@@ -204,11 +204,11 @@ async def test_refusals_are_reported_and_earlier_lines_come_back(path, monkeypat
 
 def test_filling_words_and_periods_reports_counts(tmp_path):
     path = tmp_path / "orbits.db"
-    for wish, told in (
-        (Wish(1.6, words=("13", "013")), [(1, 2, 2), (2, 2, 3)]),
-        (Wish(1.6, (3, 4)), [(8, 40, 3), (40, 40, 4)]),
-    ):
-        assert [(state.done, state.total, state.p) for state in fill_steps(path, FillState(wish))] == told
+    reports: list[tuple[float, float, str]] = []
+    for wish in (Wish(1.6, words=("13", "013")), Wish(1.6, (3, 4))):
+        fill_wish(path, wish, lambda *report: reports.append(report))
+    assert [report[:2] for report in reports] == [(1, 2), (2, 2), (0, 40), (8, 40), (40, 40)]
+    assert reports[-1][2] == "words, p =  4 of 4"
     assert cost_of(path, Wish(1.6, words=("13",))) == ("1 word to solve at a = 1.6", 1)
     assert cost_of(path, Wish(1.6, words=("13", "031"))) == ("2 words to solve at a = 1.6", 2)
     done, small = (cost_of(path, Wish(1.6, periods)) for periods in ((3, 4), (2,)))
