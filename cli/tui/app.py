@@ -225,8 +225,8 @@ class BrowseApp(App[None], Working):
     # the end
 
     async def action_quit(self) -> None:
-        """Quit, after all earlier keys have taken effect."""
-        self._main.call_later(self.call_later, self._quit)
+        """Quit, after all earlier keys and the answers of closed dialogs have taken effect."""
+        self._main.call_later(self._main.call_next, self.call_later, self._quit)
 
     def _quit(self) -> None:
         """Quit; ask first if a fill is running or an export is being written."""

@@ -210,6 +210,7 @@ async def test_quitting_right_after_an_export_begins_asks_first(filled, tmp_path
         export = Export(tmp_path / "rows.csv", lambda _: "written" if go_on.wait(60) else "")
         app.screen.call_next(app.post_message, export)
         await app.run_action("quit")
+        app.screen.call_later(lambda: None)  # a busy screen calls what is next only after other messages
         await until(lambda: isinstance(app.screen, QuestionDialog) or app._exit)
         assert isinstance(app.screen, QuestionDialog)
         go_on.set()
