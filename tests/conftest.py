@@ -6,19 +6,24 @@ import inspect
 import os
 import shutil
 import signal
+import sqlite3
 from collections.abc import Callable, Generator
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
 from hypothesis import settings
 
-if TYPE_CHECKING:  # pytest's controller process need not import it
+if TYPE_CHECKING:  # pytest's controller process need not import these
+    import numpy as np
+    from numpy.typing import NDArray
+
     from orbitdb.filling.resuming import Step
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for child processes, as in `orbitdb.cli.main`
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # children share compiled imports
-settings.register_profile("quick", deadline=None, max_examples=15)
+settings.register_profile("quick", deadline=None, max_examples=10)
 settings.register_profile("thorough", deadline=None, max_examples=60)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "quick"))
 
@@ -83,13 +88,32 @@ class Outcome(NamedTuple):
 
 
 @pytest.fixture(scope="session")
-def filled_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made_once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[Path], object]], Path]:
+    """Return a function that makes a catalogue once for all processes of a run, which read or copy it."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+
+    def once(name: str, make: Callable[[Path], object]) -> Path:
+        draft, done = folder / f"{name}-draft", folder / name
+        with closing(sqlite3.connect(folder / f"{name}-lock", timeout=500, isolation_level=None)) as lock:
+            lock.execute("BEGIN EXCLUSIVE")
+            if not done.exists():
+                draft.mkdir()
+                make(draft / "orbits.db")
+                draft.rename(done)
+        return done / "orbits.db"
+
+    return once
+
+
+@pytest.fixture(scope="session")
+def filled_once(made_once: Callable[..., Path]) -> Path:
     from contents import made
 
     from orbitdb.filling.fill import fill_periods
 
-    path = tmp_path_factory.mktemp("filled") / "orbits.db"
-    return made(path, fill_periods(path, 1.6, range(2, 9)))
+    return made_once("filled", lambda path: made(path, fill_periods(path, 1.6, range(2, 9))))
 
 
 @pytest.fixture
@@ -133,16 +157,37 @@ def cli(
 
 
 @pytest.fixture(scope="session")
-def varied(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def varied(made_once: Callable[..., Path]) -> Path:
     """A catalogue of p = 2..6 at a = 1.6 and 1, one word of p = 12, and the words pruned at p = 3."""
     from contents import made
 
     from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
 
-    path = tmp_path_factory.mktemp("varied") / "orbits.db"
-    made(path, *(fill_periods(path, a, range(2, 7)) for a in (1.6, 1.0)), fill_geometric(path, [3]))
-    fill_word(path, "013311133313", 1.6)
-    return path
+    def make(path: Path) -> None:
+        made(path, *(fill_periods(path, a, range(2, 7)) for a in (1.6, 1.0)), fill_geometric(path, [3]))
+        fill_word(path, "013311133313", 1.6)
+
+    return made_once("varied", make)
+
+
+@pytest.fixture(scope="session")
+def born_once(made_once: Callable[..., Path]) -> Path:
+    """A catalogue with the births of p = 2..6 and nothing else."""
+    from contents import made
+
+    from orbitdb.filling.fill import fill_births
+
+    return made_once("born", lambda path: made(path, fill_births(path, range(2, 7))))
+
+
+@pytest.fixture(scope="session")
+def exact_once(made_once: Callable[..., Path]) -> "NDArray[np.float64]":
+    """All levels of parity oo below k = 16 at a = 1.6."""
+    import numpy as np
+
+    from orbitdb.quantum.levels import levels
+
+    return np.loadtxt(made_once("exact", lambda path: np.savetxt(path, levels(1.6, 16.0, parities=["oo"]).k)))
 
 
 @pytest.fixture

@@ -1,15 +1,26 @@
 """Results of a catalogue have public names, one-line reprs and data frames."""
 
+import shutil
+from pathlib import Path
+
 import pytest
+from made_levels import keep_made_levels
 
 import orbitdb
 from orbitdb import Catalogue
+
+
+def with_levels(catalogue):
+    copy = Path(shutil.copy(catalogue.path, catalogue.path.with_name("levels.db")))
+    keep_made_levels(copy)
+    return Catalogue(copy)
+
 
 HELD = {
     "Subset": lambda c: c.select(p="2-4", status="orbit"),
     "Result": lambda c: c.table(),
     "Spectrum": lambda c: c.spectrum((4, 9), points=20),
-    "Levels": lambda c: c.levels(parity="ee"),
+    "Levels": lambda c: with_levels(c).levels(parity="ee"),
     "Fill": lambda c: c.fill("3")[-1],
     "Sweep": lambda c: c.sweep("6")[-1],
     "Life": lambda c: c.births(4)[0],
@@ -41,7 +52,6 @@ def catalogue(tmp_path_factory):
     catalogue = Catalogue.create(tmp_path_factory.mktemp("results") / "c.db")
     catalogue.fill("2-5")
     catalogue.fill_births("4")
-    catalogue.fill_levels(3, parities=["ee"])
     return catalogue
 
 

@@ -11,24 +11,18 @@ import numpy as np
 import pytest
 from there import there
 
-from orbitdb import Catalogue
-from orbitdb.quantum.levels import levels
-
 GHZ = 299_792_458.0 / (2 * math.pi * 0.2) / 1e9
 """Frequency of k = 1 in a resonator of radius 0.2 m."""
 
 
-@pytest.fixture(scope="module")
-def own(tmp_path_factory):
-    """A catalogue with p = 2..8 at a = 1.6."""
-    path = tmp_path_factory.mktemp("assess") / "orbits.db"
-    Catalogue.create(path, 1.6).fill("2-8")
-    return str(path)
+@pytest.fixture
+def own(filled_once):
+    return str(filled_once)
 
 
-@pytest.fixture(scope="module")
-def exact():
-    return levels(1.6, 12.0, parities=["oo"]).k
+@pytest.fixture
+def exact(exact_once):
+    return exact_once[exact_once < 12]
 
 
 def written(path, values, head=""):

@@ -132,8 +132,8 @@ from orbitdb import Catalogue
 catalogue = Catalogue(sys.argv[1])
 where = "code = code('13') OR (SELECT sum(b.length) FROM catalogue AS b WHERE b.p < catalogue.p) < 0"
 catalogue.count(where=where)
-for n in range(100):
-    timer = threading.Timer(n * 2e-4, os.kill, (os.getpid(), signal.SIGINT))
+for n in range(40):
+    timer = threading.Timer(n * 5e-4, os.kill, (os.getpid(), signal.SIGINT))
     try:
         timer.start()
         while True:

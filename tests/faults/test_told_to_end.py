@@ -63,11 +63,12 @@ class Started:
 
 
 @pytest.fixture(scope="module")
-def stored(tmp_path_factory):
-    path = tmp_path_factory.mktemp("told") / "orbits.db"
-    for arguments in (("fill", "--p", "9", "--geometric"), ("births", "--p", "9")):
-        assert run(*arguments, "--db", path).returncode == 0
-    return path
+def stored(made_once):
+    def make(path):
+        for arguments in (("fill", "--p", "9", "--geometric"), ("births", "--p", "9")):
+            assert run(*arguments, "--db", path).returncode == 0
+
+    return made_once("told", make)
 
 
 def at_a_moment(folder, arguments, catalogue, moment):

@@ -116,20 +116,10 @@ def test_the_papers_method_gives_the_same_statuses(tmp_path):
     assert all(again == pytest.approx(exact, rel=1e-11) for exact, again in lengths)
 
 
-@pytest.fixture(scope="module")
-def once(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("births") / "orbits.db"
-    begun = time.monotonic()
-    made(path, fill_births(path, range(2, 7)))
-    spent = time.monotonic() - begun
-    assert 0 < sum(each.seconds for each in Catalogue(path).birth_fills()) < spent
-    return path
-
-
 @pytest.fixture
-def born(once: Path, tmp_path: Path) -> Path:
+def born(born_once: Path, tmp_path: Path) -> Path:
     """A copy of a catalogue with the births of p = 2..6 and no fill."""
-    return Path(shutil.copy(once, tmp_path / "born.db"))
+    return Path(shutil.copy(born_once, tmp_path / "born.db"))
 
 
 def test_births_have_one_row_per_period(born):

@@ -19,17 +19,20 @@ TRAJECTORY = Reference(0.8871, 0.0002, 0.3754, 0.0003, 2.3634, 0.0004, 12_345, 6
 
 
 @pytest.fixture(scope="session")
-def known(varied, tmp_path_factory) -> Catalogue:
+def known(varied, made_once) -> Catalogue:
     """The varied catalogue with births, averages over trajectories, and bounds at two half lengths."""
-    path = Path(shutil.copy(varied, tmp_path_factory.mktemp("drawn") / "orbits.db"))
-    made(path, fill_births(path, range(2, 7)))
-    writer = Writer(path, {})
-    add_reference(writer, 1.6, TRAJECTORY)
-    for a in (1.6, 3.0):
-        for level in search(Stadium(a), 3):
-            keep_bounds(writer, level, "doubles", None)
-    writer.close()
-    return Catalogue(path, 1.6)
+
+    def make(path: Path) -> None:
+        shutil.copy(varied, path)
+        made(path, fill_births(path, range(2, 7)))
+        writer = Writer(path, {})
+        add_reference(writer, 1.6, TRAJECTORY)
+        for a in (1.6, 3.0):
+            for level in search(Stadium(a), 3):
+                keep_bounds(writer, level, "doubles", None)
+        writer.close()
+
+    return Catalogue(made_once("drawn", make), 1.6)
 
 
 @pytest.fixture

@@ -32,10 +32,9 @@ def catalogue(tmp_path_factory):
     return made
 
 
-@pytest.fixture(scope="module")
-def exact():
-    """All levels of parity oo below k = 16 at a = 1.6."""
-    return levels(1.6, 16.0, parities=["oo"]).k
+@pytest.fixture
+def exact(exact_once):
+    return exact_once
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +121,7 @@ def test_a_complete_list_passes_and_every_removed_level_is_found(orbits, exact):
         assert (gap.after or 0) - 1.5 * spacing < exact[n] < gap.before + 1.5 * spacing
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def window(catalogue, exact):
     """Levels from k = 8 on, the number of those below, and a function that assesses some of them."""
     k = exact[exact > 8]

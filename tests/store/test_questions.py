@@ -14,10 +14,11 @@ import pytest
 from contents import answer
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
-from questions import CRITERIA, EDGES, LIMITS, NAMES, OFFSETS, ORDERS, catalogue_to_ask, expected
+from questions import CRITERIA, EDGES, LIMITS, NAMES, OFFSETS, ORDERS, expected, make_catalogue_to_ask
 from quick import slow_but
 from same import same
 
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.main import execute
 from orbitdb.cli.tui.counts_screen import histogram, tally
 from orbitdb.store import where as limits
@@ -34,13 +35,13 @@ AT_A_TIME = {"rows.ROWS": 50, "query.BLOCK": 30}
 
 
 @pytest.fixture(scope="module")
-def asked(tmp_path_factory):
+def asked(made_once):
     """Return a catalogue, and all its rows as a list."""
-    path = tmp_path_factory.mktemp("asked") / "orbits.db"
+    path = made_once("asked", make_catalogue_to_ask)
     with pytest.MonkeyPatch.context() as patch:
         for name, count in AT_A_TIME.items():
             patch.setattr(f"orbitdb.store.{name}", count)
-        yield catalogue_to_ask(path), model.rows_of(path)
+        yield Catalogue(path), model.rows_of(path)
 
 
 @given(criteria=CRITERIA, order=ORDERS, limit=LIMITS, offset=OFFSETS, names=NAMES)

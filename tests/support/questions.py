@@ -8,7 +8,6 @@ import model
 from contents import alter, made
 from hypothesis import strategies as st
 
-from orbitdb.catalogue import Catalogue
 from orbitdb.filling.fill import fill_births, fill_geometric, fill_periods, fill_word
 from orbitdb.store.query import COLUMNS
 
@@ -83,9 +82,8 @@ OFFSETS = st.just(0) | st.integers(0, 60) | st.just(5000)
 NAMES = st.lists(st.sampled_from([*COLUMNS, "coordinates"]), min_size=1, max_size=6, unique=True).map(tuple)
 
 
-def catalogue_to_ask(path: Path) -> Catalogue:
+def make_catalogue_to_ask(path: Path) -> None:
     """Make a catalogue with two a, births and deaths up to p = 5, part of a period, pruned and long words."""
-    catalogue = Catalogue.create(path)
     known = fill_periods(path, 1.6, range(2, 6)), fill_periods(path, 1.0, range(2, 4))
     made(path, *known, fill_births(path, range(2, 6)), fill_geometric(path, [3, 4]))
     for number, a, kind in ((2, DIED, "died"), (3, REBORN, "born")):
@@ -96,7 +94,6 @@ def catalogue_to_ask(path: Path) -> Catalogue:
         )
     for word in ("013023", "131013", *LONG):
         fill_word(path, word, 1.6)
-    return catalogue
 
 
 def expected(

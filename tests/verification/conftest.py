@@ -1,6 +1,7 @@
 """A small catalogue at two a that several modules verify, each on its own copy."""
 
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,12 +12,13 @@ from orbitdb.symbols.words import parse
 
 
 @pytest.fixture(scope="session")
-def small_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("small") / "orbits.db"
-    fills = (fill_periods(path, a, periods) for a, periods in ((1.6, (5, 6)), (1.0, (6,))))
-    made(path, *fills, fill_geometric(path, range(2, 4)))
-    fill_word(path, parse("1^30 5^29"), 1.6)
-    return path
+def small_once(made_once: Callable[..., Path]) -> Path:
+    def make(path: Path) -> None:
+        fills = (fill_periods(path, a, periods) for a, periods in ((1.6, (5, 6)), (1.0, (6,))))
+        made(path, *fills, fill_geometric(path, range(2, 4)))
+        fill_word(path, parse("1^30 5^29"), 1.6)
+
+    return made_once("small", make)
 
 
 @pytest.fixture

@@ -84,13 +84,13 @@ def made(path: Path, commands: list[list[str]]) -> Path:
 
 
 @pytest.fixture(scope="module")
-def sound(tmp_path_factory) -> Path:
-    return made(tmp_path_factory.mktemp("sound") / "orbits.db", COMMANDS)
+def sound(made_once) -> Path:
+    return made_once("sound", lambda path: made(path, COMMANDS))
 
 
 @pytest.fixture(scope="module")
-def sound_levels(tmp_path_factory) -> Path:
-    return made(tmp_path_factory.mktemp("sound") / "levels.db", OF_LEVELS)
+def sound_levels(made_once) -> Path:
+    return made_once("sound-levels", lambda path: made(path, OF_LEVELS))
 
 
 def failing(path: Path) -> set[str]:

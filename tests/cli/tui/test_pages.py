@@ -7,7 +7,7 @@ import pytest
 from contents import alter, answer
 from hypothesis import example, given
 from hypothesis import strategies as st
-from questions import CRITERIA, KEYS, NAMES, catalogue_to_ask, expected
+from questions import CRITERIA, KEYS, NAMES, expected, make_catalogue_to_ask
 from textual.app import App, ComposeResult
 
 from orbitdb.catalogue import Catalogue
@@ -32,10 +32,10 @@ TYPED = st.text("012345", min_size=1, max_size=6) | st.sampled_from(
 
 
 @pytest.fixture(scope="module")
-def asked(tmp_path_factory):
+def asked(made_once):
     """A catalogue, and all its rows as a list."""
-    path = tmp_path_factory.mktemp("pages") / "orbits.db"
-    return catalogue_to_ask(path), model.rows_of(path)
+    path = made_once("asked", make_catalogue_to_ask)
+    return Catalogue(path), model.rows_of(path)
 
 
 @pytest.fixture

@@ -35,9 +35,11 @@ WRITE = "ORBITDB_WRITE_SNAPSHOTS"
 
 
 @pytest.fixture(scope="session")
-def filled(tmp_path_factory):
-    path = tmp_path_factory.mktemp("tui") / "orbits.db"
-    return made(path, fill_periods(path, 1.6, range(2, 8)), fill_periods(path, 1.0, range(2, 7)))
+def filled(made_once):
+    def make(path):
+        made(path, fill_periods(path, 1.6, range(2, 8)), fill_periods(path, 1.0, range(2, 7)))
+
+    return made_once("tui", make)
 
 
 @pytest.mark.slow
