@@ -143,7 +143,6 @@ def _options(
 
 os.environ["MPLBACKEND"] = "agg"  # files need no display; a notebook leaves a backend that this program lacks
 logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it would report missing fonts
-logging.getLogger("sqlalchemy.pool").setLevel(logging.CRITICAL)  # it would report Ctrl-C while a file closes
 
 
 def program(commands: Sequence[str] = tuple(_MODULES)) -> typer.Typer:

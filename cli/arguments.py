@@ -14,7 +14,7 @@ from orbitdb.errors import InputError
 from orbitdb.text import printable, real, whole
 
 if TYPE_CHECKING:
-    from orbitdb.store.file import Moment
+    from orbitdb.store.connection import Moment
 
 _AROUND = " \t\r\n\ufeff"
 """Characters allowed around a code, including the byte order mark of files from Windows."""
@@ -72,10 +72,9 @@ def named(asked: Sequence[str] | float | None) -> tuple[float, ...] | None:
 
 def stored(moment: "Moment") -> tuple[float, ...]:
     """Return every a with stored orbits or sums over orbits, or else the default a."""
-    from orbitdb.store.connection import driver
     from orbitdb.store.lookup import WITH_ORBITS, a_values
 
-    return tuple(a_values(driver(moment.connection), WITH_ORBITS)) or (USUAL_A,)
+    return tuple(a_values(moment, WITH_ORBITS)) or (USUAL_A,)
 
 
 _MOST_VALUES = 1000

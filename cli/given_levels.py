@@ -16,7 +16,7 @@ from orbitdb.text import real
 if TYPE_CHECKING:
     from orbitdb.arrays import Floats
     from orbitdb.quantum.weyl import Parity
-    from orbitdb.store.file import Moment
+    from orbitdb.store.connection import Moment
 
 Table: TypeAlias = "list[tuple[Parity | None, float]]"
 """For each level in a file, its parity (None if not given) and its value: k, an energy or a frequency."""

@@ -59,14 +59,13 @@ def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
 def offered_half_lengths(context: typer.Context) -> list[str]:
     """Offer the values of a in the catalogue of --db, or in the default one; none if it cannot be read."""
     from orbitdb.errors import StoreError
-    from orbitdb.store.connection import driver
     from orbitdb.store.file import reading
     from orbitdb.store.lookup import a_values
     from orbitdb.text import exact
 
     try:
         with reading(context.params.get("db")) as moment:
-            return [*map(exact, a_values(driver(moment.connection)))]
+            return [*map(exact, a_values(moment))]
     except (InputError, StoreError):
         return []
 
@@ -112,13 +111,13 @@ def _reader(
 
 
 def _default_path() -> Path:
-    from orbitdb.store.file import default_path  # imports NumPy, which help does not need
+    from orbitdb.store.paths import default_path
 
     return default_path()
 
 
 def _home_expanded(path: Path) -> Path:
-    from orbitdb.store.file import home_expanded
+    from orbitdb.store.paths import home_expanded
 
     return home_expanded(path)
 
@@ -283,8 +282,8 @@ class Choice:
 
     def at(self, a: float) -> "Selection":
         """Return the subset at a given a; raise if an option cannot be parsed."""
-        from orbitdb.store.codes import parse_parameters
         from orbitdb.store.selection import SelectionError, chosen_by, parse_bounds
+        from orbitdb.store.where import parse_parameters
 
         if self.parameters and self.where is None:
             raise SelectionError("-P gives a value to a name in --where: give --where, or leave out -P")

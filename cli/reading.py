@@ -17,11 +17,13 @@ from orbitdb.cli.options import Choice
 from orbitdb.cli.output import note
 from orbitdb.columns import Row
 from orbitdb.errors import InputError
-from orbitdb.store.file import asking, check_file, default_path
+from orbitdb.store.file import check_file
+from orbitdb.store.file import reading as opened
+from orbitdb.store.paths import default_path
 from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
-    from orbitdb.store.file import Moment
+    from orbitdb.store.connection import Moment
     from orbitdb.store.rows import Chosen
     from orbitdb.store.selection import Selection
 
@@ -55,8 +57,6 @@ def reading(
     db: Path, asked: Sequence[str] | float | None, choice: Choice
 ) -> "Iterator[tuple[Moment, tuple[Selection, ...]]]":
     """Open a catalogue at one moment; yield it with the subset that the options choose at each a."""
-    from orbitdb.store.connection import driver
-    from orbitdb.store.file import reading as opened
     from orbitdb.store.lookup import a_meant
 
     values = arguments.named(asked)
@@ -64,7 +64,7 @@ def reading(
     with opened(db) as moment:
         _note_rotations(chosen)
         if values is None:
-            values = arguments.stored(moment) if asked else (_told(a_meant(driver(moment.connection)), db),)
+            values = arguments.stored(moment) if asked else (_told(a_meant(moment), db),)
         yield moment, tuple(replace(chosen, a=a) for a in values)
 
 
@@ -72,8 +72,7 @@ def _note_rotations(chosen: "Selection") -> None:
     """Check the SQL filter; write a note if it compares a code with a rotation that no row contains."""
     if chosen.where is None:
         return
-    from orbitdb.store.codes import hint
-    from orbitdb.store.where import check
+    from orbitdb.store.where import check, hint
 
     check(chosen.where, dict(chosen.parameters))
     if (told := hint(chosen.where)) is not None:
@@ -104,14 +103,12 @@ def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
     if values is not None:
         return values
     if asked:
-        from orbitdb.store.file import reading as opened
-
         with opened(db) as moment:
             return arguments.stored(moment)
     if check_file(db) is None:
         return (USUAL_A,)
-    with asking(db) as connection:
-        return (_told(a_meant(connection), db),)
+    with opened(db) as moment:
+        return (_told(a_meant(moment), db),)
 
 
 def _told(a: float, path: Path) -> float:
@@ -145,7 +142,7 @@ def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
     from orbitdb.store.fills import read_fills
 
     for chosen in stadiums:
-        told = describe_complete(complete_length(read_fills(moment.connection, chosen.a), chosen), chosen)
+        told = describe_complete(complete_length(read_fills(moment, chosen.a), chosen), chosen)
         note(f"at a = {exact(chosen.a)}: {told}" if len(stadiums) > 1 else told)
 
 
@@ -172,7 +169,7 @@ def in_order(
 
     end = None if limit is None else limit + offset
     if len(subsets) == 1:
-        return rows_of(moment.connection, subsets[0], names, offset, end)
+        return rows_of(moment, subsets[0], names, offset, end)
     falling = parse_order(order)
     for name in _NATURAL:
         falling.setdefault(name, False)
@@ -184,7 +181,7 @@ def in_order(
             for value, falls in keys
         )
 
-    streams = (rows_of(moment.connection, chosen, (*names, *falling), 0, end) for chosen in subsets)
+    streams = (rows_of(moment, chosen, (*names, *falling), 0, end) for chosen in subsets)
     return (row[: len(names)] for row in islice(heapq.merge(*streams, key=place), offset, end))
 
 

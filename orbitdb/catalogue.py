@@ -8,7 +8,6 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
-from orbitdb.store.connection import driver
 from orbitdb.store.lookup import find_or_solve, find_word
 from orbitdb.store.query import COLUMNS, choose
 from orbitdb.store.rows import rows_of
@@ -83,7 +82,7 @@ class Catalogue(StoredCatalogue):
         """
         symbols = parse(word)
         with self._file.moment() as moment:
-            return find_word(driver(moment.connection), symbols, self._at(a))
+            return find_word(moment, symbols, self._at(a))
 
     def __contains__(self, word: object) -> bool:
         """Tell whether a word is stored, whatever its rotation and status."""
@@ -156,15 +155,13 @@ class Catalogue(StoredCatalogue):
             raise InputError(f"limit {limit}, offset {offset}: give 0 or more")
         with self._question(selection, criteria) as (moment, chosen):
             most = None if limit is None else limit + offset
-            yield from rows_of(
-                moment.connection, choose(moment.connection, chosen, order, most=most), columns, offset, most
-            )
+            yield from rows_of(moment, choose(moment, chosen, order, most=most), columns, offset, most)
 
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
         """Return the number of words in a chosen subset, given as in `select`."""
         with self._question(selection, criteria) as (moment, chosen):
-            return len(choose(moment.connection, chosen))
+            return len(choose(moment, chosen))
 
     @with_criteria
     def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Counted":

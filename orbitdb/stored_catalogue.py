@@ -11,11 +11,12 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
-from orbitdb.store.connection import driver
-from orbitdb.store.file import Moment, Reader, default_path, home_expanded
+from orbitdb.store.connection import Moment
+from orbitdb.store.file import Reader
 from orbitdb.store.fills import best_reference, bounds_by_a, read_fills, read_sweeps, tightest_bounds
 from orbitdb.store.lives import read_birth_fills, read_lives
 from orbitdb.store.lookup import WITH_ORBITS, a_meant, a_values, meant
+from orbitdb.store.paths import default_path, home_expanded
 from orbitdb.store.selection import (
     Criteria,
     Selection,
@@ -74,7 +75,7 @@ class StoredCatalogue:
         """
         if self._a is None:
             with self._file.moment() as moment:
-                self._a = a_meant(driver(moment.connection))
+                self._a = a_meant(moment)
         return self._a
 
     def __enter__(self) -> Self:
@@ -100,13 +101,13 @@ class StoredCatalogue:
 
     def _contents(self, moment: Moment) -> str:
         """Return one line that says which periods are filled, beginning with the default ``a``."""
-        values = a_values(driver(moment.connection), WITH_ORBITS)
+        values = a_values(moment, WITH_ORBITS)
         try:
             own = [meant(values) if self._a is None else self._a]
         except InputError:
             own = []
         others = [a for a in values if a not in own]
-        parts = [describe_fills(read_fills(moment.connection, a), a) for a in (*own, *others[:_SHOWN])]
+        parts = [describe_fills(read_fills(moment, a), a) for a in (*own, *others[:_SHOWN])]
         return "; ".join(parts) + (f"; and at {len(others) - _SHOWN} more" if len(others) > _SHOWN else "")
 
     # making
@@ -381,7 +382,7 @@ class StoredCatalogue:
 
         chosen = chosen_by(a=a, p=p)
         with self._file.moment() as moment:
-            return contents(moment.connection, chosen.a, chosen.periods)
+            return contents(moment, chosen.a, chosen.periods)
 
     def delete(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
         """Delete what is stored at a given ``a``, and return what that was.
@@ -412,17 +413,17 @@ class StoredCatalogue:
     def a_values(self, *, orbits: bool = False) -> list[float]:
         """Return the stored values of ``a`` in order; with `orbits`, only those with orbits or sweeps."""
         with self._file.moment() as moment:
-            return a_values(driver(moment.connection), WITH_ORBITS if orbits else ())
+            return a_values(moment, WITH_ORBITS if orbits else ())
 
     def fills(self, *, a: float | None = None) -> "list[Fill]":
         """Return the fills at a given ``a``, in order of period."""
         with self._file.moment() as moment:
-            return read_fills(moment.connection, self._at(a))
+            return read_fills(moment, self._at(a))
 
     def birth_fills(self) -> "list[BirthFill]":
         """Return how far births and deaths are stored, period by period."""
         with self._file.moment() as moment:
-            return read_birth_fills(moment.connection)
+            return read_birth_fills(moment)
 
     def births(self, p: int) -> "Births":
         """Return the ranges of ``a`` in which the classes of a period are orbits, in order of birth.
@@ -438,7 +439,7 @@ class StoredCatalogue:
 
         fillable([(p, p)])
         with self._file.moment() as moment:
-            return Births(read_lives(moment.connection, p))
+            return Births(read_lives(moment, p))
 
     def entropy_bounds(self, *, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
         """Return the tightest bounds on the topological entropy that `prove_bounds` stored, or None.
@@ -451,22 +452,22 @@ class StoredCatalogue:
             ``doubles`` or ``balls``, for bounds proved in this arithmetic only; by default in either.
         """
         with self._file.moment() as moment:
-            return tightest_bounds(moment.connection, self._at(a), proof)
+            return tightest_bounds(moment, self._at(a), proof)
 
     def entropy_curve(self, *, proof: str | None = None) -> "list[EntropyBounds]":
         """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
         with self._file.moment() as moment:
-            return bounds_by_a(moment.connection, proof)
+            return bounds_by_a(moment, proof)
 
     def reference(self, *, a: float | None = None) -> "Reference | None":
         """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
         with self._file.moment() as moment:
-            return best_reference(moment.connection, self._at(a))
+            return best_reference(moment, self._at(a))
 
     def sweeps(self, *, a: float | None = None) -> "list[Sweep]":
         """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
         with self._file.moment() as moment:
-            return read_sweeps(moment.connection, self._at(a))
+            return read_sweeps(moment, self._at(a))
 
     @contextmanager
     def _question(

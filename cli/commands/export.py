@@ -30,7 +30,7 @@ from orbitdb.progress import Tell
 from orbitdb.text import several
 
 if TYPE_CHECKING:
-    from orbitdb.store.file import Moment
+    from orbitdb.store.connection import Moment
     from orbitdb.store.selection import Selection
 
 EXAMPLES = (
@@ -112,7 +112,7 @@ def export(
         note_gaps(moment, *stadiums, names=names, order=order)
         shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
         with progress("sorting"):
-            subsets = [choose(moment.connection, chosen, order, by_class=classes) for chosen in stadiums]
+            subsets = [choose(moment, chosen, order, by_class=classes) for chosen in stadiums]
         rows = in_order(moment, subsets, (*names, *shown_last), order, limit)
         rows = _bounce_by_bounce(rows) if bounces else rows
         names += BOUNCE_COLUMNS if bounces else shown_last

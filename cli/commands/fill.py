@@ -29,7 +29,7 @@ from orbitdb.errors import InputError
 from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
-    from orbitdb.store.file import Moment
+    from orbitdb.store.connection import Moment
 
 
 EXAMPLES = {
@@ -201,7 +201,7 @@ def births(
         periods = asked_periods(context, asked, first)
         _fill_births(periods, db, jobs)
     with reading(db) as moment:
-        found = [each for each in read_birth_fills(moment.connection) if each.p in periods]
+        found = [each for each in read_birth_fills(moment) if each.p in periods]
         ended = _ended(moment, [each.p for each in found if each.whole]) if deaths else []
     for each in found:
         if not each.whole:
@@ -221,7 +221,7 @@ def _ended(moment: "Moment", periods: Sequence[int]) -> list[tuple[object, ...]]
 
     rows: list[tuple[object, ...]] = []
     for p in periods:
-        lives = read_lives(moment.connection, p)
+        lives = read_lives(moment, p)
         again: dict[str, list[float]] = {life.word: [] for life in lives if life.dies is not None}
         for life in lives:
             if life.word in again and life.born is not None:

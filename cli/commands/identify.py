@@ -161,7 +161,7 @@ def _show_length(
         found = identify_length(moment, chosen.a, length, tolerance)
         rows = ([chosen.a if name == "a" else getattr(each, name) for name in names] for each in found[:most])
         count = output.write(names, rows)
-        fills = read_fills(moment.connection, chosen.a)
+        fills = read_fills(moment, chosen.a)
         among = describe_fills(fills, chosen.a) if fills else f"single words at a = {exact(chosen.a)}"
         nearest = identify_length(moment, chosen.a, length, 1.0, 1) if not found else ()
     more = f"; {count} shown, --limit {len(found)} shows all" if count < len(found) else ""

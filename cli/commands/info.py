@@ -14,7 +14,7 @@ from orbitdb.errors import InputError
 from orbitdb.text import several
 
 if TYPE_CHECKING:
-    from orbitdb.store.file import Moment
+    from orbitdb.store.connection import Moment
 
 EXAMPLES = {
     "info": ("info", "info --json"),
@@ -43,12 +43,11 @@ def info(
     processor times for enumerating, solving and storing, in seconds. A swept period stores no rows, and all
     its processor time is under solving.
     """
-    from orbitdb.store.connection import driver
     from orbitdb.store.file import reading
     from orbitdb.store.lookup import a_values
 
     with reading(db) as moment:
-        rows = [row for a in a_values(driver(moment.connection)) for row in _periods(moment, a)]
+        rows = [row for a in a_values(moment) for row in _periods(moment, a)]
         facts = _facts(moment) if output.table else []
     rows.sort(key=lambda row: row[:2])
     shown = _SHOWN if output.for_people else len(COLUMNS)
@@ -106,10 +105,10 @@ def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
     """Return one row per filled or swept period at a given a."""
     from orbitdb.store.fills import read_fills, read_sweeps
 
-    fills = read_fills(moment.connection, a)
+    fills = read_fills(moment, a)
     rows = [(a, *_OF_FILL(fill)) for fill in fills]
     filled = {fill.p for fill in fills if fill.whole}
-    for each in read_sweeps(moment.connection, a):
+    for each in read_sweeps(moment, a):
         if each.p not in filled:
             counts = _OF_TALLY(each.tally) if each.whole else (None,) * 4
             state = "swept" if each.whole else "sweeping"
@@ -125,7 +124,7 @@ def _facts(moment: "Moment") -> list[tuple[str, str]]:
     from orbitdb.store.selection import written_periods
     from orbitdb.text import exact, gigabytes
 
-    taken = room(moment.connection)
+    taken = room(moment)
     facts = [
         ("catalogue", str(moment.path.resolve())),
         ("schema", str(SCHEMA_VERSION)),
@@ -133,12 +132,12 @@ def _facts(moment: "Moment") -> list[tuple[str, str]]:
     ]
     for name, (count, each) in taken.items():
         facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
-    if born := [each.p for each in read_birth_fills(moment.connection) if each.whole]:
+    if born := [each.p for each in read_birth_fills(moment) if each.whole]:
         facts.append(("births", written_periods(born)))
-    for a, ranges in groupby(level_windows(moment.connection), key=itemgetter(0)):
+    for a, ranges in groupby(level_windows(moment), key=itemgetter(0)):
         parts = [f"{parity} k = {low:g}..{high:g} ({count})" for _, parity, low, high, count in ranges]
         facts.append(("levels", f"a = {exact(a)}: {', '.join(parts)}"))
-    for a, count, bounces in trajectories(moment.connection):
+    for a, count, bounces in trajectories(moment):
         facts.append(("simulated", f"a = {exact(a)}: {several(count, 'average')}, up to {bounces} bounces"))
     return facts + _enclosures(moment)
 
@@ -146,12 +145,11 @@ def _facts(moment: "Moment") -> list[tuple[str, str]]:
 def _enclosures(moment: "Moment") -> list[tuple[str, str]]:
     """Return lines with the proved bounds on the entropy; if there are many a, only those that are filled."""
     from orbitdb.entropy.bounds import BALLS
-    from orbitdb.store.connection import driver
     from orbitdb.store.fills import bounds_by_a
     from orbitdb.store.lookup import a_values
     from orbitdb.text import exact
 
-    curve, filled = bounds_by_a(moment.connection), a_values(driver(moment.connection), ["fill"])
+    curve, filled = bounds_by_a(moment), a_values(moment, ["fill"])
     told = [each for each in curve if len(curve) <= _FEW or each.a in filled]
     lines = [  # shorter than `basis`, which has 80 characters with all digits of a
         f"a = {exact(each.a)}: {each.between}, {each.window} edges{', balls' * (each.proof == BALLS)}"

@@ -115,8 +115,7 @@ def query(
         note_gaps(moment, *stadiums, names=names, order=order)
         most = None if shown is None else shown + offset
         subsets = [
-            choose(moment.connection, each, order, most=most, counted=True, by_class=classes)
-            for each in stadiums
+            choose(moment, each, order, most=most, counted=True, by_class=classes) for each in stadiums
         ]
         total = sum(map(len, subsets))
         count = output.write(names, in_order(moment, subsets, names, order, shown, offset))
@@ -288,13 +287,12 @@ def sql(
     class) and life (births and deaths). It cannot write, and is stopped after a minute. code =
     code('310') finds a word in any rotation.
     """
-    from orbitdb.store.codes import hint, parse_parameters
     from orbitdb.store.file import reading
-    from orbitdb.store.where import run_statement
+    from orbitdb.store.where import hint, parse_parameters, run_statement
 
     values = parse_parameters(parameters or (), statement)
     with reading(db) as moment:
-        names, rows = run_statement(moment.connection, statement, values)
+        names, rows = run_statement(moment, statement, values)
         if (told := hint(statement)) is not None:
             note(told)
         if not output.write(names, rows):

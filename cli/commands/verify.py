@@ -20,7 +20,7 @@ from orbitdb.errors import AlteredError
 from orbitdb.text import several
 
 if TYPE_CHECKING:
-    from orbitdb.store.file import Moment
+    from orbitdb.store.connection import Moment
     from orbitdb.store.selection import Selection
     from orbitdb.verification.checks import Check
 
@@ -82,7 +82,6 @@ def verify(
     """
     from orbitdb.answers.completeness import unfilled
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.store.connection import driver
     from orbitdb.store.file import reading
     from orbitdb.store.lookup import a_values
     from orbitdb.store.selection import Selection
@@ -97,7 +96,7 @@ def verify(
     start = time.monotonic()
     missing: list[str] = []
     with reading(db) as moment:
-        stadiums = a_values(driver(moment.connection)) if a is None else [Stadium(a).a]
+        stadiums = a_values(moment) if a is None else [Stadium(a).a]
         subset = choice.at(USUAL_A)
         chosen = [replace(subset, a=each) for each in stadiums]  # a stored value may be invalid
         if a is not None and not is_known(moment, stadiums[0]):
@@ -164,9 +163,9 @@ def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Ite
     for each in chosen:
         if partial := partial_fills(moment, each):
             yield describe_partial(partial, each.a)
-        if not each.periods or not (at_one or read_fills(moment.connection, each.a)):
+        if not each.periods or not (at_one or read_fills(moment, each.a)):
             continue
-        swept = tuple(sweep.p for sweep in read_sweeps(moment.connection, each.a))
+        swept = tuple(sweep.p for sweep in read_sweeps(moment, each.a))
         rest = without(each, swept) if swept else each
         if rest is not None and (said := unfilled(moment, rest)):
             yield said

@@ -18,7 +18,7 @@ from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.plots import curves
 from orbitdb.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, figure
-from orbitdb.store.file import Moment
+from orbitdb.store.connection import Moment
 from orbitdb.store.fills import bounds_by_a
 from orbitdb.store.lives import read_birth_fills, read_lives
 from orbitdb.store.selection import Selection, joined_spans
@@ -116,7 +116,7 @@ def draw_over_a(moment: Moment, chosen: Selection, grid: Sequence[float] = ()) -
     The bounds are the stored ones or, if a grid is given, those on its points, where missing ones are
     computed.
     """
-    known = [enclosure(moment, a)[0] for a in grid] or bounds_by_a(moment.connection)
+    known = [enclosure(moment, a)[0] for a in grid] or bounds_by_a(moment)
     if not known:
         raise InputError("no proved bounds to draw: compute some, as with 'orbitdb bounds --a 0.3:10:40'")
     a, lower, upper = (np.array([getattr(each, name) for each in known]) for name in ("a", "lower", "upper"))
@@ -159,11 +159,11 @@ def _mark_end(ax: Axes, a: Floats, values: Floats, p: int) -> None:
 
 def _changes(moment: Moment, chosen: Selection) -> Changes:
     """Return the births and deaths of all whole periods up to the highest chosen one."""
-    whole = [each.p for each in read_birth_fills(moment.connection) if each.whole]
+    whole = [each.p for each in read_birth_fills(moment) if each.whole]
     highest = max((p for p in whole if chosen.includes(p)), default=0)
     found = {}
     for p in (p for p in whole if p <= highest):
-        lives = read_lives(moment.connection, p)
+        lives = read_lives(moment, p)
         ends = [(life.born or 0.0, life.class_size) for life in lives]
         ends += [(life.dies, -life.class_size) for life in lives if life.dies is not None]
         places, words = np.array(sorted(ends), dtype=float).reshape(-1, 2).T

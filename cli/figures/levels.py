@@ -33,7 +33,7 @@ from orbitdb.quantum.trace_formula import family_count
 from orbitdb.quantum.waves import Wave
 from orbitdb.quantum.waves import waves as all_waves
 from orbitdb.quantum.weyl import Parity, begins_at_zero, check_levels, weyl
-from orbitdb.store.file import Moment
+from orbitdb.store.connection import Moment
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact
 

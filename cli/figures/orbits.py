@@ -28,8 +28,7 @@ from orbitdb.plots import paths
 from orbitdb.plots.curves import short
 from orbitdb.plots.paths import size_of
 from orbitdb.plots.style import BLUE, GREY, INKS, ORANGE, figure
-from orbitdb.store.connection import driver
-from orbitdb.store.file import Moment
+from orbitdb.store.connection import Moment
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import find_word
 from orbitdb.store.query import choose
@@ -128,20 +127,16 @@ def draw_sheet(
     chosen = _with_paths(moment, chosen)
     note_gaps(moment, chosen, order=order)
     first: dict[str, None] = {}
-    for (word,) in rows_of(moment.connection, choose(moment.connection, chosen, order), ("representative",)):
+    for (word,) in rows_of(moment, choose(moment, chosen, order), ("representative",)):
         first[word] = None
         if len(first) > limit:
             break
-    orbits = [
-        found
-        for word in [*first][:limit]
-        if (found := find_word(driver(moment.connection), word, chosen.a)) is not None
-    ]
+    orbits = [found for word in [*first][:limit] if (found := find_word(moment, word, chosen.a)) is not None]
     drawn = [found for found in orbits if found.points is not None]
     if not drawn:
         raise _nothing(moment, chosen)
     if len(first) > limit:
-        total = len(choose(moment.connection, chosen).ids)
+        total = len(choose(moment, chosen).ids)
         rest = f"--limit {total} draws them all" if total <= _MOST else "choose fewer to see them all"
         note(f"{limit} of {total} classes are drawn; {rest}")
     return sheet_of(drawn, f"Classes of {chosen.describe()}", size)
@@ -180,7 +175,7 @@ def draw_lengths(moment: Moment, chosen: Selection, *others: Selection) -> Figur
     found = whole_periods.read_classes(moment, chosen)
     if not len(found):
         raise _nothing(moment, chosen)
-    complete = complete_length(read_fills(moment.connection, chosen.a), chosen)
+    complete = complete_length(read_fills(moment, chosen.a), chosen)
     with figure(6.4, 6.0, chosen.describe()) as made:
         above, below = made.subplots(2, 1, sharex=True)
         paths.draw_staircase(above, found.length, found.words)
@@ -223,7 +218,7 @@ def _with_paths(moment: Moment, chosen: Selection) -> Selection:
     if statuses or not chosen.statuses:
         return replace(chosen, statuses=statuses)
     note_gaps(moment, chosen)
-    if total := len(choose(moment.connection, chosen)):
+    if total := len(choose(moment, chosen)):
         note(f"{chosen.describe(count=total)}: no path to draw; --status orbit draws orbits instead")
         raise typer.Exit(1)
     raise _nothing(moment, chosen)

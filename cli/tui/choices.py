@@ -13,9 +13,8 @@ from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.cli.tui.view import View
 from orbitdb.orbits.status import Status
-from orbitdb.store.codes import bound_names
 from orbitdb.store.selection import Selection
-from orbitdb.store.where import check
+from orbitdb.store.where import bound_names, check
 from orbitdb.text import exact, printable
 
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)

@@ -28,7 +28,8 @@ from orbitdb.cli.tui.dialogs import ChoiceDialog, NameList
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
 from orbitdb.cli.tui.view import EVERY
 from orbitdb.columns import IN_CATALOGUE
-from orbitdb.store.file import Moment, Reader
+from orbitdb.store.connection import Moment
+from orbitdb.store.file import Reader
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 from orbitdb.store.where import never
@@ -63,7 +64,7 @@ def tally(
     moment: Moment, selection: Selection, columns: Sequence[str], cancelled: Callable[[], bool] = never
 ) -> dict[str, Counter[Any]]:
     """Count the rows of a subset by the values of each of some columns of the view ``class``."""
-    chosen = choose(moment.connection, selection, columns=columns, cancelled=cancelled)
+    chosen = choose(moment, selection, columns=columns, cancelled=cancelled)
     words = chosen.counts.tolist()
     tallies: dict[str, Counter[Any]] = {name: Counter() for name in columns}
     for name, numbers in tallies.items():
@@ -79,7 +80,7 @@ def histogram(
 
     The edges are round numbers, or evenly spaced in the logarithm. Return None if no row has a value.
     """
-    chosen = choose(moment.connection, selection, columns=(column,), cancelled=cancelled)
+    chosen = choose(moment, selection, columns=(column,), cancelled=cancelled)
     values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
     present = ~np.isnan(values)
     if not present.any():

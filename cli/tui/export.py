@@ -85,8 +85,8 @@ def write_rows(
     if catalogue is None:
         raise InputError("there are no rows to write")
     with catalogue.moment() as moment:
-        chosen = choose(moment.connection, selection, str(ordering), cancelled=cancelled)
-        rows = rows_of(moment.connection, chosen, WRITTEN, cancelled=cancelled)
+        chosen = choose(moment, selection, str(ordering), cancelled=cancelled)
+        rows = rows_of(moment, chosen, WRITTEN, cancelled=cancelled)
         if path.suffix == ".parquet":
             write_file(path, "parquet", WRITTEN, rows, provenance(moment, [selection], False))
         else:

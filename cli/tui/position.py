@@ -33,7 +33,7 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     assert pages.catalogue is not None
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
     with pages.catalogue.moment() as moment:
-        connection = moment.connection
+        connection = moment
         place = first_of_period(connection, pages.chosen, period) if period else None
         if place is not None:
             return place, f"period {period}"

@@ -17,7 +17,7 @@ from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
 from orbitdb.cli.tui.view import COLUMNS, EVERY, NONE, Column, Ordering, Pages, columns_named, fields_of
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.file import Moment
+from orbitdb.store.connection import Moment
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
@@ -125,14 +125,14 @@ class RowsPanel(Vertical, Working):
                 gaps = _gaps(moment, selection)
                 if nothing and (selection, ordering) == (everything, Ordering()):
                     yield (
-                        Pages(catalogue, choose(moment.connection, selection, most=_FIRST), fields),
+                        Pages(catalogue, choose(moment, selection, most=_FIRST), fields),
                         gaps,
                         None,
                     )
-                chosen = choose(moment.connection, selection, str(ordering), cancelled=cancelled)
+                chosen = choose(moment, selection, str(ordering), cancelled=cancelled)
                 every = chosen if selection == everything else None
                 if every is None and total is None:
-                    every = choose(moment.connection, everything, cancelled=cancelled)
+                    every = choose(moment, everything, cancelled=cancelled)
             count = total if every is None else len(every)
             yield Pages(catalogue, chosen, fields), gaps, count or 0
 

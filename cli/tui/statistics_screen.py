@@ -153,9 +153,7 @@ class StatisticsScreen(OwnScreen[str | None]):
         chosen = self._selection
         with self._catalogue.moment() as moment:
             later = [
-                fill.p
-                for fill in read_fills(moment.connection, chosen.a)
-                if chosen.includes(fill.p) and fill.p > FIRST
+                fill.p for fill in read_fills(moment, chosen.a) if chosen.includes(fill.p) and fill.p > FIRST
             ]
         if everything or not later:
             return statistics(self._catalogue, chosen, weight), ""
@@ -176,7 +174,7 @@ class StatisticsScreen(OwnScreen[str | None]):
 
     def _stored_reference(self) -> Reference | None:
         with self._catalogue.moment() as moment:
-            return best_reference(moment.connection, self._selection.a)
+            return best_reference(moment, self._selection.a)
 
     def _show_stored(self, reference: Reference | None) -> None:
         if reference is not None:

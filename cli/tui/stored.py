@@ -7,13 +7,11 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TypeVar
 
-import sqlalchemy as sa
-
 from orbitdb.answers.export import complete
 from orbitdb.cli.tui.view import USUAL
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.connection import driver
+from orbitdb.store.connection import Moment
 from orbitdb.store.file import Reader, check_file
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import a_values, born_with, certificate_of, find_or_solve
@@ -43,29 +41,29 @@ class CatalogueFile:
             self._reader = Reader(self.path)
         return self._reader
 
-    def _ask(self, question: Callable[[sa.Connection], Answer], otherwise: Answer) -> Answer:
+    def _ask(self, question: Callable[[Moment], Answer], otherwise: Answer) -> Answer:
         """Return the answer that a question gets from the file, or `otherwise` if there is no file."""
         if self.reader is None:
             return otherwise
         with self.reader.moment() as moment:
-            return question(moment.connection)
+            return question(moment)
 
     def find(self, word: str, a: float) -> Orbit:
         """Return the stored orbit of a word at this a, or solve the word if it is not stored."""
         return find_or_solve(self.path if self.reader else None, word, a)
 
     def a_values(self) -> list[float]:
-        return self._ask(lambda connection: a_values(driver(connection)), [])
+        return self._ask(a_values, [])
 
     def periods(self, a: float) -> list[int]:
         """Return the periods that are filled at this a, completely or in part."""
-        return self._ask(lambda connection: [fill.p for fill in read_fills(connection, a)], [])
+        return self._ask(lambda moment: [fill.p for fill in read_fills(moment, a)], [])
 
     def certificate(self, orbit: Orbit) -> Certificate:
         if not orbit.stored or orbit.length is None:
             return None
         word, a = orbit.representative, orbit.a
-        return self._ask(lambda connection: certificate_of(driver(connection), word, a), None)
+        return self._ask(lambda moment: certificate_of(moment, word, a), None)
 
     def partners(self, orbit: Orbit) -> Partners:
         """Return the births of an orbit, each with the classes born there on the same path."""

@@ -163,9 +163,7 @@ class Pages:
             assert self.catalogue is not None
             with self.catalogue.moment() as moment:
                 first = number * _BLOCK
-                self._blocks[number] = list(
-                    rows_of(moment.connection, self.chosen, self.fields, first, first + _BLOCK)
-                )
+                self._blocks[number] = list(rows_of(moment, self.chosen, self.fields, first, first + _BLOCK))
         return self._blocks[number][within]
 
     def position(self, word: str) -> int | None:
@@ -173,7 +171,7 @@ class Pages:
         if self.catalogue is None:
             return None
         with self.catalogue.moment() as moment:
-            return position_of(moment.connection, self.chosen, word)
+            return position_of(moment, self.chosen, word)
 
 
 NONE = Pages(None, Chosen(Selection(), np.zeros(0, np.int64), np.zeros(0, np.uint8)), USUAL)

@@ -9,13 +9,11 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import sqlalchemy as sa
 
 from orbitdb.arrays import Integers
 from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import driver
-from orbitdb.store.file import Moment
+from orbitdb.store.connection import Moment
 from orbitdb.store.fills import Fill, read_fills, read_sweeps
 from orbitdb.store.lives import counts_at, read_birth_fills
 from orbitdb.store.lookup import a_values
@@ -28,7 +26,6 @@ from orbitdb.store.selection import (
     written_periods,
     written_spans,
 )
-from orbitdb.store.tables import pruned
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.text import exact
@@ -96,18 +93,16 @@ class Counted:
 
 def count(moment: Moment, selection: Selection) -> Counted:
     """Return the counts of each chosen period: from its fill, else from a sweep, else from births."""
-    known = {fill.p: _tally(fill) for fill in read_fills(moment.connection, selection.a) if fill.whole}
+    known = {fill.p: _tally(fill) for fill in read_fills(moment, selection.a) if fill.whole}
     swept = {
-        each.p: each.tally
-        for each in read_sweeps(moment.connection, selection.a)
-        if each.whole and each.p not in known
+        each.p: each.tally for each in read_sweeps(moment, selection.a) if each.whole and each.p not in known
     }
     known |= swept
-    born = [each.p for each in read_birth_fills(moment.connection) if each.whole and each.p not in known]
+    born = [each.p for each in read_birth_fills(moment) if each.whole and each.p not in known]
     wanted = [p for p in born if selection.includes(p)]
     chosen = sorted(p for p in (*known, *wanted) if selection.includes(p))
     needed = {p for p in born if any(multiple % p == 0 for multiple in chosen)}
-    known.update((p, counts_at(moment.connection, selection.a, p)) for p in needed)
+    known.update((p, counts_at(moment, selection.a, p)) for p in needed)
     return Counted(selection.a, dict(sorted(known.items())), tuple(chosen), tuple(wanted),
                    tuple(p for p in swept if selection.includes(p)))  # fmt: skip
 
@@ -160,23 +155,21 @@ def gaps(
 
 def partial_fills(moment: Moment, chosen: Selection) -> list[Fill]:
     """Return the fills of the chosen periods that are only partly stored; lists include their words."""
-    return [
-        fill for fill in read_fills(moment.connection, chosen.a) if not fill.whole and chosen.includes(fill.p)
-    ]
+    return [fill for fill in read_fills(moment, chosen.a) if not fill.whole and chosen.includes(fill.p)]
 
 
 def unfilled(moment: Moment, chosen: Selection) -> str | None:
     """Return a line that names the chosen periods that are not filled, or None (`describe_unfilled`)."""
-    elsewhere = a_values(driver(moment.connection), ["fill"])
-    return describe_unfilled(read_fills(moment.connection, chosen.a), chosen.periods, chosen.a, elsewhere)
+    elsewhere = a_values(moment, ["fill"])
+    return describe_unfilled(read_fills(moment, chosen.a), chosen.periods, chosen.a, elsewhere)
 
 
 def pruned_not_stored(moment: Moment, chosen: Selection) -> str | None:
     """Return a line that names chosen periods without stored geometrically pruned words, or None."""
     if Status.GEOMETRIC not in chosen.statuses:
         return None
-    stored = set(moment.connection.scalars(sa.select(pruned.c.p).distinct()))
-    filled = [(fill.p, fill.p) for fill in read_fills(moment.connection, chosen.a) if fill.whole]
+    stored = {p for (p,) in moment.execute("SELECT DISTINCT p FROM pruned")}
+    filled = [(fill.p, fill.p) for fill in read_fills(moment, chosen.a) if fill.whole]
     periods, _ = _missing(chosen.periods or filled or [(2, _USUAL)], stored)
     if not periods:
         return None
@@ -202,8 +195,8 @@ def without_births(
     """Return the chosen periods that are filled, but whose births are needed and not stored."""
     if not asks_of_lives(chosen, names, order):
         return []
-    filled = [fill.p for fill in read_fills(moment.connection, chosen.a) if chosen.includes(fill.p)]
-    born = {each.p for each in read_birth_fills(moment.connection) if each.whole}
+    filled = [fill.p for fill in read_fills(moment, chosen.a) if chosen.includes(fill.p)]
+    born = {each.p for each in read_birth_fills(moment) if each.whole}
     return [p for p in filled if p <= MAX_PERIOD and p not in born]
 
 
@@ -228,11 +221,7 @@ def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> list[str]
     if chosen.statuses == (Status.GEOMETRIC,):
         return [] if pruned_not_stored(moment, chosen) else [f"no {chosen.describe()}"]
     missing = unfilled(moment, chosen)
-    if (
-        missing
-        and not swept
-        and not any(chosen.includes(fill.p) for fill in read_fills(moment.connection, chosen.a))
-    ):
+    if missing and not swept and not any(chosen.includes(fill.p) for fill in read_fills(moment, chosen.a)):
         return []
     lacking = missing or lacking_births(moment, chosen) or partial_fills(moment, chosen)
     return [f"no {chosen.describe()}{' among the stored words' if lacking else ''}"]

@@ -13,8 +13,6 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import sqlalchemy as sa
-
 from orbitdb import __version__
 from orbitdb.answers.entropy import table
 from orbitdb.answers.export import check_space, complete_folder, write_csv, write_parquet
@@ -25,13 +23,12 @@ from orbitdb.columns import EVERY, OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.file import Moment
+from orbitdb.store.connection import Moment
 from orbitdb.store.fills import best_reference, read_fills, tightest_bounds
 from orbitdb.store.lives import read_birth_fills, read_lives
 from orbitdb.store.query import choose
 from orbitdb.store.rows import COORDINATES, rows_of
 from orbitdb.store.selection import Selection
-from orbitdb.store.tables import cycle, run
 from orbitdb.text import exact
 
 PACKAGE = "datapackage.json"
@@ -92,11 +89,9 @@ def write_dataset(
     StoreError
         If the disk has too little space, or the folder cannot be written.
     """
-    whole = [(each, fill) for each in chosen for fill in read_fills(moment.connection, each.a) if fill.whole]
+    whole = [(each, fill) for each in chosen for fill in read_fills(moment, each.a) if fill.whole]
     whole = [(each, fill) for each, fill in whole if each.includes(fill.p)]
-    subsets = [
-        (choose(moment.connection, replace(each, periods=((fill.p, fill.p),))), fill) for each, fill in whole
-    ]
+    subsets = [(choose(moment, replace(each, periods=((fill.p, fill.p),))), fill) for each, fill in whole]
     if not (total := sum(len(subset) for subset, _ in subsets)):
         return ""
     need = sum(_OF_FILE + len(subset) * (_OF_WORD + _OF_BOUNCE * fill.p) for subset, fill in subsets)
@@ -129,21 +124,18 @@ def write_dataset(
 def _orbits(moment: Moment, subset: Any, words: int) -> Table:
     """Return the table of the chosen words of one period at one a, ordered by class and element."""
     a, ((p, _),) = subset.selection.a, subset.selection.periods
-    rows = rows_of(moment.connection, subset, [column.name for column in _ORBITS])
+    rows = rows_of(moment, subset, [column.name for column in _ORBITS])
     path, title = f"orbits/a={exact(a)}_p={p:02d}.parquet", subset.selection.describe(count=len(subset))
     return Table(path, title, _ORBITS, rows, words)
 
 
 def _others(moment: Moment, chosen: Sequence[Selection], filled: set[int]) -> Iterator[Table]:
     """Yield all tables except those of orbits; `filled` is the set of periods that have a table of orbits."""
-    born = [
-        each.p for each in read_birth_fills(moment.connection) if each.whole and chosen[0].includes(each.p)
-    ]
+    born = [each.p for each in read_birth_fills(moment) if each.whole and chosen[0].includes(each.p)]
     names = ("word", *(column.name for column in _CLASSES[1:]))
-    query = sa.select(*(cycle.c[name] for name in names)).order_by(cycle.c.id)
-    query = query.where(cycle.c.p.in_(filled.union(born)))
-    classes = map(tuple, moment.connection.execute(query))
-    lives = (astuple(life) for p in born for life in read_lives(moment.connection, p))
+    periods = ", ".join(map(str, filled.union(born)))
+    classes = moment.execute(f"SELECT {', '.join(names)} FROM cycle WHERE p IN ({periods}) ORDER BY id")
+    lives = (astuple(life) for p in born for life in read_lives(moment, p))
     yield Table("classes.parquet", "Symmetry classes", _CLASSES, classes)
     yield Table("births.parquet", "Births and deaths of all classes", _OF_LIFE, lives)
 
@@ -152,9 +144,9 @@ def _others(moment: Moment, chosen: Sequence[Selection], filled: set[int]) -> It
         every = Selection(each.a)
         counts += _by_period(table(moment, every), _COUNTS, each)
         averages += _by_period(lyapunov(moment, every), _AVERAGES, each)
-        if (ensemble := best_reference(moment.connection, each.a)) is not None:
+        if (ensemble := best_reference(moment, each.a)) is not None:
             ensembles.append((each.a, *astuple(ensemble)))
-        if (proved := tightest_bounds(moment.connection, each.a)) is not None:
+        if (proved := tightest_bounds(moment, each.a)) is not None:
             bounds.append(astuple(proved))
         levels += _levels(moment, each.a)
     at = [EVERY["a"]]
@@ -174,7 +166,7 @@ def _by_period(result: Result, columns: Sequence[Column], chosen: Selection) -> 
 
 def _levels(moment: Moment, a: float) -> Iterator[tuple[Any, ...]]:
     for parity in Parity:
-        for window in stored_levels(moment.connection, a, parity):
+        for window in stored_levels(moment, a, parity):
             pairs = zip(window.k.tolist(), window.error.tolist(), strict=True)
             for number, (k, error) in enumerate(pairs, window.below + 1):
                 yield a, k, str(parity), number, error
@@ -216,7 +208,7 @@ def _described(draft: Path, made: Table, rows: int) -> Resource:
 
 def _package(moment: Moment, selection: str, version: str, resources: Sequence[Resource]) -> dict[str, Any]:
     """Return the contents of ``datapackage.json``."""
-    runs = moment.connection.execute(sa.select(run.c.version, run.c.parameters).order_by(run.c.id))
+    runs = moment.execute("SELECT version, parameters FROM run ORDER BY id")
     licence = "https://creativecommons.org/licenses/by/4.0/"
     return {
         "$schema": f"{_PROFILES}datapackage.json",

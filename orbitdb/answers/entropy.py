@@ -24,7 +24,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import Status
-from orbitdb.store.file import Moment
+from orbitdb.store.connection import Moment
 from orbitdb.store.fills import tightest_bounds
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.text import exact
@@ -43,7 +43,7 @@ def table(moment: Moment, chosen: Selection) -> Result:
             notes.append(f"p = {p}: N also needs p = {', '.join(map(str, missing))} (not filled)")
     if not counted.chosen and not notes:
         notes = [f"no {chosen.describe()}"]
-    stored = counted.chosen and tightest_bounds(moment.connection, chosen.a) is not None
+    stored = counted.chosen and tightest_bounds(moment, chosen.a) is not None
     known = enclosure(moment, chosen.a) if stored else None
     columns = _table(counted.chosen, counted.known)
     return Result(chosen, columns, () if known is None else (known[1],), tuple(notes))
@@ -140,11 +140,11 @@ def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | No
 
     The line also gives the tightest bounds that are proved in ball arithmetic.
     """
-    closest = tightest_bounds(moment.connection, a)
+    closest = tightest_bounds(moment, a)
     if closest is None:
         return None
     line = f"entropy of all orbits: {closest.between}, proved by {closest.basis}"
-    surer = None if closest.proof == BALLS else tightest_bounds(moment.connection, a, BALLS)
+    surer = None if closest.proof == BALLS else tightest_bounds(moment, a, BALLS)
     return closest, line + ("" if surer is None else f"; {surer.between} by {surer.basis}")
 
 

@@ -3,10 +3,9 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import starmap
 from numbers import Real
 from typing import TYPE_CHECKING, Any
-
-import sqlalchemy as sa
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
@@ -15,8 +14,7 @@ from orbitdb.extras import data_frame
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status
-from orbitdb.store.file import Moment
-from orbitdb.store.tables import classes
+from orbitdb.store.connection import Moment
 from orbitdb.symbols.words import to_strings
 from orbitdb.text import several
 from orbitdb.trajectories.trajectory import trace_points, trace_start
@@ -195,22 +193,24 @@ def identify_length(
     within = _measure(
         "tolerance", SAME_LENGTH if tolerance is None else tolerance, _MOST_TOLERANCE, zero=True
     )
-    one, error = classes.c.length, sa.func.coalesce(classes.c.length_error, 0.0)
-    times = sa.func.round(wanted / one).label("repetitions")
-    off = times * one - wanted
-    names = ("representative", "p", "class_size", "length", "length_error", "lyapunov")
-    query = (
-        sa.select(*(classes.c[name] for name in names), times, off.label("difference"))
-        .where(classes.c.a == a, classes.c.status == Status.ORBIT.value, one >= _LEAST_LENGTH, times >= 1)
-        .where(sa.func.abs(off) <= within + times * error + 4 * math.ulp(wanted))
-        .order_by(sa.func.abs(off), classes.c.p, classes.c.representative)
-        .limit(None if limit is None else _count(limit))
-    )
-    return tuple(
-        Candidate(row.representative, row.p, row.class_size, int(row.repetitions), row.length,
-                  row.length_error, row.lyapunov, row.difference)
-        for row in moment.connection.execute(query)
-    )  # fmt: skip
+    values = {
+        "a": a,
+        "status": Status.ORBIT.value,
+        "length": wanted,
+        "least": _LEAST_LENGTH,
+        "within": within + 4 * math.ulp(wanted),
+        "limit": _ALL if limit is None else _count(limit),
+    }
+    return tuple(starmap(Candidate, moment.execute(_OF_LENGTH, values)))
+
+
+_OF_LENGTH = """\
+SELECT representative, p, class_size, repetitions, length, length_error, lyapunov,
+       repetitions * length - :length AS difference
+FROM (SELECT *, CAST(round(:length / length) AS INTEGER) AS repetitions FROM class)
+WHERE a = :a AND status = :status AND length >= :least AND repetitions >= 1
+  AND abs(difference) <= :within + repetitions * coalesce(length_error, 0.0)
+ORDER BY abs(difference), p, representative LIMIT :limit"""
 
 
 def _measure(name: str, value: float, most: float, zero: bool = False) -> float:

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import sqlalchemy as sa
 
 from orbitdb.answers.completeness import highest_filled
 from orbitdb.answers.whole_periods import read_classes
@@ -22,12 +21,10 @@ from orbitdb.quantum.levels_from_orbits import CUTOFFS, Staircase, levels_of, re
 from orbitdb.quantum.missing_levels import CUTOFF, CUTOFF_OF_ALL, FITS, WIDEST, Assessment, assess
 from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
 from orbitdb.quantum.weyl import Parity, check_levels, one_parity, parities_of
-from orbitdb.store.connection import driver
-from orbitdb.store.file import Moment
+from orbitdb.store.connection import Connection, Moment
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import WITH_ORBITS, a_values
 from orbitdb.store.selection import Selection
-from orbitdb.store.tables import level, level_fill
 from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
@@ -54,7 +51,7 @@ def levels_from_zero(
 ) -> Levels:
     """Return the stored levels from k = 0 to the first gap, or to `k_max` below it (`Catalogue.levels`)."""
     parities = parities_of(one_parity(parity))
-    windows_of = {one: stored_levels(moment.connection, a, one) for one in parities}
+    windows_of = {one: stored_levels(moment, a, one) for one in parities}
     ends = {}
     for one, windows in windows_of.items():
         end = 0.0
@@ -89,16 +86,14 @@ def read_levels(moment: Moment, a: float, parity: Parity | None) -> tuple[Floats
     return levels.k, levels.high
 
 
-def stored_levels(connection: sa.Connection, a: float, parity: Parity) -> list[LevelWindow]:
+def stored_levels(connection: Connection, a: float, parity: Parity) -> list[LevelWindow]:
     """Return the stored windows of levels of one parity."""
-    fills, levels = level_fill.c, level.c
-    query = sa.select(fills.low, fills.high, fills.below, fills.seconds).where(
-        fills.a == a, fills.parity == str(parity)
-    )
-    rows = sa.select(levels.number, levels.k, levels.error).where(levels.a == a, levels.parity == str(parity))
-    numbers = np.array([tuple(row) for row in connection.execute(rows)], np.float64).reshape(-1, 3)
+    own = (a, str(parity))
+    levels = connection.execute("SELECT number, k, error FROM level WHERE a = ? AND parity = ?", own)
+    numbers = np.array(levels.fetchall(), np.float64).reshape(-1, 3)
     windows = []
-    for low, high, below, seconds in connection.execute(query):
+    query = "SELECT low, high, below, seconds FROM level_fill WHERE a = ? AND parity = ?"
+    for low, high, below, seconds in connection.execute(query, own):
         _, k, error = numbers[(numbers[:, 1] >= low) & (numbers[:, 1] < high)].T
         windows.append(LevelWindow(a, parity, low, high, below, k, error, seconds))
     return windows
@@ -148,7 +143,7 @@ def beside(moment: Moment, found: Levels) -> list[float | None]:
     """Return, for each level from orbits, the stored level with the same number, or None."""
     known: dict[tuple[str, int], float] = {}
     for parity in found.parities:
-        for window in stored_levels(moment.connection, found.a, parity):
+        for window in stored_levels(moment, found.a, parity):
             known.update(((str(parity), window.below + n), k) for n, k in enumerate(window.k.tolist(), 1))
     numbers = dict.fromkeys(map(str, found.parities), 0)
     values = []
@@ -182,7 +177,7 @@ def read_orbits(moment: Moment, chosen: Selection) -> tuple[OrbitClasses, int]:
         raise InputError(
             f"no orbits at a = {exact(chosen.a)}: 'orbitdb fill --p 11 --a {exact(chosen.a)}' finds some"
         )
-    return classes, highest_filled(read_fills(moment.connection, chosen.a), chosen)
+    return classes, highest_filled(read_fills(moment, chosen.a), chosen)
 
 
 def read_spectrum(
@@ -286,7 +281,7 @@ def _hints(moment: Moment, found: Assessment, classes: OrbitClasses, k: Floats) 
         for other in (Parity if of is not None else ())
         if other != of and better(stadium, classes, other)
     ]
-    for a in a_values(driver(moment.connection), WITH_ORBITS):
+    for a in a_values(moment, WITH_ORBITS):
         if a != stadium.a and len(hints) < _SHOWN:
             try:
                 there, _ = classes_for_levels(moment, a)

@@ -37,7 +37,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import Column
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_exponent
-from orbitdb.store.file import Moment
+from orbitdb.store.connection import Moment
 from orbitdb.store.fills import best_reference
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact, with_error
@@ -158,7 +158,7 @@ def lyapunov(
         return Result(chosen, {}, (), tuple(notes))
     if cut is not None:
         return _up_to(subset, cut, wanted, notes, tell)
-    reference, facts = best_reference(moment.connection, chosen.a), [subset.selection.describe()]
+    reference, facts = best_reference(moment, chosen.a), [subset.selection.describe()]
     whole = all_orbits(subset.selection)
     if not whole:
         pass  # neither trajectories nor exact means are about some of the orbits

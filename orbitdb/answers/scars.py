@@ -14,8 +14,7 @@ from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.waves import scar_strengths
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
-from orbitdb.store.connection import driver
-from orbitdb.store.file import Moment
+from orbitdb.store.connection import Moment
 from orbitdb.store.lookup import find_word
 from orbitdb.store.query import choose
 from orbitdb.store.rows import rows_of
@@ -127,11 +126,9 @@ def _above(own: float, others: Floats) -> float | None:
 def shortest_orbits(moment: Moment, a: float) -> list[Orbit]:
     """Return the bouncing balls and the shortest stored orbits, one of each class."""
     chosen = replace(Selection(a), statuses=(Status.ORBIT,), where="code = representative")
-    rows = rows_of(
-        moment.connection, choose(moment.connection, chosen, "length", most=SHORTEST), ("code",), 0, SHORTEST
-    )
+    rows = rows_of(moment, choose(moment, chosen, "length", most=SHORTEST), ("code",), 0, SHORTEST)
     words = [word for (word,) in rows]
-    orbits = [orbit for word in words if (orbit := find_word(driver(moment.connection), word, a)) is not None]
+    orbits = [orbit for word in words if (orbit := find_word(moment, word, a)) is not None]
     if not orbits:
         raise InputError(f"no orbits at a = {exact(a)}: 'orbitdb fill --p 11 --a {exact(a)}' finds some")
     return [solve_word("02", a), *orbits]

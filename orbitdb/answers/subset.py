@@ -19,7 +19,7 @@ from orbitdb.errors import InputError
 from orbitdb.extras import drawn, load
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
-from orbitdb.store.file import Moment
+from orbitdb.store.connection import Moment
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import find_or_solve
 from orbitdb.store.query import choose
@@ -388,16 +388,12 @@ def read_subset(
     """Return the chosen words as arrays (`Catalogue.select`)."""
     names = ["code", *OF_ROWS[1:], *([COORDINATES] if coordinates else [])]
     parts: dict[str, list[Any]] = {name: [] for name in names}
-    for block in blocks_of(
-        moment.connection, choose(moment.connection, selection, order, by_class=by_class), names
-    ):
+    for block in blocks_of(moment, choose(moment, selection, order, by_class=by_class), names):
         for name, values in zip(names, block, strict=True):  # arrays at once, because lists take more memory
             parts[name].append(values if name == COORDINATES else _array(name, values))
     missing = unfilled(moment, selection) or lacking_births(moment, selection)
     filled = tuple(
-        each.p
-        for each in read_fills(moment.connection, selection.a)
-        if each.whole and selection.includes(each.p)
+        each.p for each in read_fills(moment, selection.a) if each.whole and selection.includes(each.p)
     )
     places = _flat(parts.pop(COORDINATES), parts["p"]) if coordinates else None
     arrays: dict[str, Any] = {

@@ -18,7 +18,7 @@ from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rul
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
-from orbitdb.store.file import Moment
+from orbitdb.store.connection import Moment
 from orbitdb.store.fills import moments_of, read_fills, read_sweeps
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection, SelectionError
@@ -36,9 +36,7 @@ def read_classes(moment: Moment, selection: Selection, texts: Sequence[str] = ()
         raise SelectionError(
             f"only orbits (and boundary) have averages and lengths: leave out status {', '.join(without)}"
         )
-    chosen = choose(
-        moment.connection, selection, columns=("p", "class_size", "length", "lyapunov", "walls", *texts)
-    )
+    chosen = choose(moment, selection, columns=("p", "class_size", "length", "lyapunov", "walls", *texts))
     p, size, walls = (chosen.values[name].astype(np.int64) for name in ("p", "class_size", "walls"))
     length, lyapunov = (chosen.values[name].astype(np.float64) for name in ("length", "lyapunov"))
     return OrbitClasses(
@@ -147,10 +145,10 @@ def read_whole(moment: Moment, chosen: Selection, swept: bool = False, lower: bo
     if not chosen.statuses:
         chosen = replace(chosen, statuses=(Status.ORBIT,))
     selection = with_lower(chosen) if lower else chosen
-    fills = [fill for fill in read_fills(moment.connection, selection.a) if selection.includes(fill.p)]
+    fills = [fill for fill in read_fills(moment, selection.a) if selection.includes(fill.p)]
     unborn = tuple(without_births(moment, selection))
     whole = tuple(fill.p for fill in fills if fill.whole and fill.p not in unborn)
-    sweeps = read_sweeps(moment.connection, selection.a) if swept and all_orbits(selection) else []
+    sweeps = read_sweeps(moment, selection.a) if swept and all_orbits(selection) else []
     counted = [done for done in sweeps if selection.includes(done.p) and done.p not in whole]
     sums = {done.p: done.sums for done in counted if done.sums is not None}
     orbits = {done.p: done.tally.n_c for done in counted if done.p in sums}

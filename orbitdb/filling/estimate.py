@@ -2,18 +2,15 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from orbitdb.answers.export import check_space
-from orbitdb.store.connection import driver
+from orbitdb.store.connection import Connection
 from orbitdb.store.file import check_file, reading
 from orbitdb.store.fills import Fill, Sweep, read_fills, read_sweeps
 from orbitdb.store.lookup import a_values
 from orbitdb.store.schema import SCHEMA_VERSION
 from orbitdb.symbols.pruning import count_admissible
-
-if TYPE_CHECKING:
-    import sqlalchemy as sa
 
 Record = TypeVar("Record", Fill, Sweep)
 
@@ -108,14 +105,12 @@ def _mean(done: Sequence[Record], names: Sequence[str], counted: Sequence[Any]) 
     return [sum(getattr(each, name) for each in done) / words for name in names]
 
 
-def _at_every_a(
-    path: Path, read: Callable[["sa.Connection", float], list[Record]]
-) -> dict[float, list[Record]]:
+def _at_every_a(path: Path, read: Callable[[Connection, float], list[Record]]) -> dict[float, list[Record]]:
     """Return the fills or sweeps at each a; none if the file is not a catalogue with the latest schema."""
     if check_file(path) != SCHEMA_VERSION:
         return {}
     with reading(path) as moment:
-        return {a: read(moment.connection, a) for a in a_values(driver(moment.connection))}
+        return {a: read(moment, a) for a in a_values(moment)}
 
 
 def check_room(path: Path, needed: Need) -> None:

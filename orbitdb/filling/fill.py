@@ -13,7 +13,6 @@ from time import thread_time
 from typing import Any
 
 import numpy as np
-import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Integers
@@ -29,7 +28,8 @@ from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.relaxation import relax
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.progress import Tell, nobody
-from orbitdb.store import tables, writing
+from orbitdb.store import writing
+from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
 from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
 from orbitdb.store.lives import read_birth_fills
@@ -165,16 +165,16 @@ class _Fill(Work):
         self.a, self.method = a, method
         self.stored: set[int] = set()  # periods whose classes are stored
 
-    def open(self, connection: sa.Connection, p: int) -> Cursor:
+    def open(self, connection: Connection, p: int) -> Cursor:
         if writing.classes_stored(connection, p):
             self.stored.add(p)
-        return open_cursor(connection, tables.fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
+        return open_cursor(connection, "fill", stadium=self.writer.stadium_id(connection, self.a), p=p)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBlock]]:
         p = cursor.p
         return cut_into_blocks(self.a, self.method, p, cursor.after, jobs, p in self.stored)
 
-    def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
+    def store(self, connection: Connection, cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
         begun, orbits = thread_time(), part.orbits
         numbers = keys(pack(orbits.words), cursor.p).tolist()
         if part.words is not None:
@@ -188,7 +188,7 @@ class _Fill(Work):
             "storing": thread_time() - begun,
         }
 
-    def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
+    def counted(self, connection: Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
         counts = status_counts(connection, cursor.row["stadium"], cursor.p).get(cursor.p, {})
         words = sum(count for count, _ in counts.values())
         return words, counts_when_done(cursor.p, counts) | {"words": words}
@@ -258,7 +258,7 @@ def find_births(path: Path, periods: Sequence[int], jobs: int | None = None, tel
     """Find and store all births and deaths of the given periods (`Catalogue.fill_births`)."""
     totals = {p: count_admissible(p) for p in periods}
     with reading(path) as moment:
-        stored = sum(births.words for births in read_birth_fills(moment.connection) if births.p in totals)
+        stored = sum(births.words for births in read_birth_fills(moment) if births.p in totals)
     with at_work((sum(totals.values()) - stored) / _BIRTHS_A_SECOND, jobs) as workers:
         run_steps(fill_births(path, periods, workers), "births", totals, tell, stored)
 
@@ -290,32 +290,32 @@ def solve_births(span: Span) -> SolvedBirths:
 
 
 class _Births(Work):
-    def open(self, connection: sa.Connection, p: int) -> Cursor:
-        return open_cursor(connection, tables.birth_fill, p=p)
+    def open(self, connection: Connection, p: int) -> Cursor:
+        return open_cursor(connection, "birth_fill", p=p)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBirths]]:
         return (partial(solve_births, span) for span in cut(cursor.p, cursor.after, BIRTHS_BLOCK, jobs))
 
-    def store(self, connection: sa.Connection, cursor: Cursor, part: SolvedBirths) -> dict[str, float]:
+    def store(self, connection: Connection, cursor: Cursor, part: SolvedBirths) -> dict[str, float]:
         numbers = keys(part.codes, cursor.p).tolist()
         writing.add_classes(connection, numbers, unpack(part.codes, cursor.p), part.stabiliser, part.words)
         writing.add_changes(self.writer, connection, numbers, part.changes, part.arithmetic)
         return {"words": int(SIZES[part.stabiliser].sum())}
 
-    def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
+    def counted(self, connection: Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
         return words_up_to(connection, None, cursor.p, "5" * cursor.p), {}
 
-    def closing(self, connection: sa.Connection, cursor: Cursor) -> dict[str, Any]:
+    def closing(self, connection: Connection, cursor: Cursor) -> dict[str, Any]:
         return _counts(writing.number_events(connection, cursor.p))
 
 
 def _counts(changes: Sequence[Any]) -> dict[str, Any]:
-    moving = [row for row in changes if row.a > 0]
-    births = [row.a for row in moving if row.kind == BORN]
+    moving = [row for row in changes if row["a"] > 0]
+    births = [row["a"] for row in moving if row["kind"] == BORN]
     return {
-        "classes": len({row.cycle for row in changes}),
+        "classes": len({row["cycle"] for row in changes}),
         "births": len(births),
-        "deaths": len({row.cycle for row in moving if row.kind == DIED}),
+        "deaths": len({row["cycle"] for row in moving if row["kind"] == DIED}),
         "always": len(changes) - len(moving),
         "least": min(births, default=None),
         "largest": max(births, default=None),

@@ -79,7 +79,7 @@ def find_levels(
     levels: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities}
     if path is not None:
         with reading(path) as moment:
-            levels = {parity: stored_levels(moment.connection, stadium.a, parity) for parity in parities}
+            levels = {parity: stored_levels(moment, stadium.a, parity) for parity in parities}
     tasks = in_order(
         task
         for parity in parities

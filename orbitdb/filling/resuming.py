@@ -12,14 +12,12 @@ from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-import sqlalchemy as sa
-from sqlalchemy.dialects.sqlite import insert
-
 from orbitdb.errors import StoreError
 from orbitdb.filling.workers import Task, Workers
 from orbitdb.progress import Tell
+from orbitdb.store.connection import Connection
 from orbitdb.store.schema import DONE, FILLING
-from orbitdb.store.writing import Writer
+from orbitdb.store.writing import Writer, insert_row
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.pruning import count_admissible
 
@@ -32,8 +30,8 @@ class OvertakenError(Exception):
 class Cursor:
     """Progress of the work on one period: a stored or initial row of `fill`, `sweep` or `birth_fill`."""
 
-    table: sa.Table
-    row: Mapping[str, Any]
+    table: str
+    row: dict[str, Any]
 
     @property
     def p(self) -> int:
@@ -58,35 +56,41 @@ class Cursor:
         """
         return -1 if self.row["cursor"] is None else int(self.row["cursor"], 8)
 
-    def rows(self, table: sa.Table) -> sa.ColumnElement[bool]:
-        """Return the SQL condition for the rows of a table that have the same primary key as this row."""
-        return sa.and_(*(table.c[column.name] == self.row[column.name] for column in self.table.primary_key))
+    @property
+    def own(self) -> str:
+        """The SQL condition for this row, and for rows of other tables with the same stadium and period."""
+        return " AND ".join(f"{name} = :{name}" for name in ("stadium", "p") if name in self.row)
 
 
-def open_cursor(connection: sa.Connection, table: sa.Table, **begun: object) -> Cursor:
+def open_cursor(connection: Connection, table: str, **begun: object) -> Cursor:
     """Return the stored progress of a period, or an initial row with the given values and zero counts."""
-    zero = {c.name: 0 for c in table.c if not (c.nullable or c.primary_key)}
+    columns = list(connection.records(f"PRAGMA table_info({table})"))
+    zero = {column["name"]: 0 for column in columns if column["notnull"] and not column["pk"]}
     cursor = Cursor(table, zero | {"cursor": None} | begun | {"state": FILLING})
-    row = connection.execute(sa.select(table).where(cursor.rows(table))).mappings().first()
-    return cursor if row is None else Cursor(table, dict(row))
+    stored = connection.records(f"SELECT * FROM {table} WHERE {cursor.own}", cursor.row)
+    return Cursor(table, next(stored, cursor.row))
 
 
-def hold(connection: sa.Connection, cursor: Cursor) -> None:
+def hold(connection: Connection, cursor: Cursor) -> None:
     """Raise `OvertakenError` if another process has moved the cursor; during this transaction, none can."""
-    columns = cursor.table.c.state, cursor.table.c.cursor
-    row = connection.execute(sa.select(*columns).where(cursor.rows(cursor.table))).first()
-    if tuple(row or (FILLING, None)) != (FILLING, cursor.row["cursor"]):
+    query = f"SELECT state, cursor FROM {cursor.table} WHERE {cursor.own}"
+    stored = connection.execute(query, cursor.row).fetchone() or (FILLING, None)
+    if stored != (FILLING, cursor.row["cursor"]):
         raise OvertakenError
 
 
-def move(connection: sa.Connection, cursor: Cursor, span: Span, spent: Mapping[str, float]) -> Cursor:
+def move(connection: Connection, cursor: Cursor, span: Span, spent: Mapping[str, float]) -> Cursor:
     """Move a cursor to the end of the next span, and add the counts and times of that span."""
-    table, row = cursor.table, dict(cursor.row)
+    row = cursor.row
     added = {name: row[name] + value for name, value in spent.items()} | {"cursor": f"{span.upto:0{span.p}o}"}
-    if row["cursor"] is None:
-        connection.execute(insert(table).values(**row).on_conflict_do_nothing())
-    connection.execute(sa.update(table).where(cursor.rows(table)).values(**added))
-    return replace(cursor, row=row | added)
+    return _stored(connection, cursor, added)
+
+
+def _stored(connection: Connection, cursor: Cursor, values: Mapping[str, Any]) -> Cursor:
+    """Store new values of a cursor's row, and return the cursor with them."""
+    row = cursor.row | dict(values)
+    insert_row(connection, cursor.table, row)
+    return replace(cursor, row=row)
 
 
 class Step(NamedTuple):
@@ -104,7 +108,7 @@ class Work(ABC):
         self.writer = writer
 
     @abstractmethod
-    def open(self, connection: sa.Connection, p: int) -> Cursor:
+    def open(self, connection: Connection, p: int) -> Cursor:
         """Return the progress of a period."""
 
     @abstractmethod
@@ -112,14 +116,14 @@ class Work(ABC):
         """Cut the work after a cursor into blocks, in order; the result of each block has a `span`."""
 
     @abstractmethod
-    def store(self, connection: sa.Connection, cursor: Cursor, part: Any) -> dict[str, float]:
+    def store(self, connection: Connection, cursor: Cursor, part: Any) -> dict[str, float]:
         """Store the result of the span after a cursor; return the numbers to add to the cursor's row."""
 
-    def counted(self, connection: sa.Connection, cursor: Cursor) -> tuple[int, Mapping[str, Any]]:
+    def counted(self, connection: Connection, cursor: Cursor) -> tuple[int, Mapping[str, Any]]:
         """Return the number of words stored, and final values for the cursor's row."""
         return cursor.words, {}
 
-    def closing(self, connection: sa.Connection, cursor: Cursor) -> Mapping[str, Any]:
+    def closing(self, connection: Connection, cursor: Cursor) -> Mapping[str, Any]:
         """Finish a complete period; return further final values for the cursor's row."""
         return {}
 
@@ -177,7 +181,7 @@ def _close(work: Work, cursor: Cursor) -> None:
     with work.writer.writing() as connection:
         hold(connection, cursor)
         final = {**values, **work.closing(connection, cursor), "state": DONE}
-        connection.execute(sa.update(cursor.table).where(cursor.rows(cursor.table)).values(final))
+        _stored(connection, cursor, final)
 
 
 def run_steps(

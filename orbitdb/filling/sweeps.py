@@ -9,7 +9,6 @@ from time import thread_time
 from typing import Any
 
 import numpy as np
-import sqlalchemy as sa
 
 from orbitdb.arrays import Floats
 from orbitdb.averages.by_period import PeriodSums
@@ -22,11 +21,10 @@ from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, ru
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
 from orbitdb.orbits.exponents import OrbitClasses, Tally, exponents
 from orbitdb.progress import Tell, nobody
-from orbitdb.store import tables
+from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
 from orbitdb.store.fills import moments_of, read_sweeps
-from orbitdb.store.tables import run, sweep_block
-from orbitdb.store.writing import Writer
+from orbitdb.store.writing import Writer, insert_row
 from orbitdb.symbols.enumeration import LeastWords, Span, all_least_words, class_spans
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
@@ -76,42 +74,40 @@ class _Sweep(Work):
         super().__init__(writer)
         self.a, self.tilts = a, tilts
 
-    def open(self, connection: sa.Connection, p: int) -> Cursor:
+    def open(self, connection: Connection, p: int) -> Cursor:
         """Return the progress of a period; its initial row has the tilts of the period."""
         moments = to_bytes({level: TiltMoments.none(mu) for level, mu in self.tilts.items()})
         stadium = self.writer.stadium_id(connection, self.a)
-        return open_cursor(connection, tables.sweep, stadium=stadium, p=p, moments=moments)
+        return open_cursor(connection, "sweep", stadium=stadium, p=p, moments=moments)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task["SweptSums"]]:
         """Cut a period into the same blocks for any number of jobs, so that the sums do not depend on it."""
         spans, tilts = class_spans(cursor.p, CLASSES, cursor.after), _tilts_of(cursor)
         return (partial(solve_swept, self.a, tilts, span) for span in spans)
 
-    def store(self, connection: sa.Connection, cursor: Cursor, part: "SweptSums") -> dict[str, float]:
-        block = sa.insert(sweep_block).values(
-            **{name: cursor.row[name] for name in ("stadium", "p")},
-            number=cursor.row["blocks"],
-            sums=part.sums.numbers(),
-            moments=to_bytes(part.moments),
-            run=self.writer.run_id(connection, part.arithmetic),
-        )
-        connection.execute(block)
+    def store(self, connection: Connection, cursor: Cursor, part: "SweptSums") -> dict[str, float]:
+        block = {
+            "stadium": cursor.row["stadium"],
+            "p": cursor.p,
+            "number": cursor.row["blocks"],
+            "sums": part.sums.numbers(),
+            "moments": to_bytes(part.moments),
+            "run": self.writer.run_id(connection, part.arithmetic),
+        }
+        insert_row(connection, "sweep_block", block)
         return {**asdict(part.tally), "blocks": 1, "processor": part.processor}
 
-    def closing(self, connection: sa.Connection, cursor: Cursor) -> dict[str, Any]:
+    def closing(self, connection: Connection, cursor: Cursor) -> dict[str, Any]:
         """Add up the blocks of a period, and delete them."""
-        swept = cursor.rows(sweep_block)
-        query = (
-            sa.select(sweep_block.c.sums, sweep_block.c.moments).where(swept).order_by(sweep_block.c.number)
-        )
-        blocks = connection.execute(query).all()
-        sums = [PeriodSums.from_numbers(cursor.p, block.sums) for block in blocks]
-        parts = [from_bytes(block.moments) for block in blocks]
+        query = f"SELECT sums, moments FROM sweep_block WHERE {cursor.own} ORDER BY number"
+        blocks = connection.execute(query, cursor.row).fetchall()
+        sums = [PeriodSums.from_numbers(cursor.p, numbers) for numbers, _ in blocks]
+        parts = [from_bytes(of_block) for _, of_block in blocks]
         moments = {level: TiltMoments.joined([part[level] for part in parts]) for level in _tilts_of(cursor)}
-        computed = sa.func.json_extract(run.c.parameters, "$.arithmetic")
-        by = sa.select(computed).distinct().join(sweep_block).where(swept).order_by(computed)
-        arithmetics = " | ".join(connection.scalars(by))
-        connection.execute(sa.delete(sweep_block).where(swept))
+        by = f"""SELECT DISTINCT json_extract(parameters, '$.arithmetic') FROM run
+            JOIN sweep_block ON sweep_block.run = run.id WHERE {cursor.own} ORDER BY 1"""
+        arithmetics = " | ".join(name for (name,) in connection.execute(by, cursor.row))
+        connection.execute(f"DELETE FROM sweep_block WHERE {cursor.own}", cursor.row)
         number = self.writer.run_id(connection, arithmetics or None)
         total = PeriodSums.joined(sums, cursor.p)
         return {"sums": total.numbers(), "moments": to_bytes(moments), "run": number}
@@ -126,7 +122,7 @@ def _tilts(path: Path, a: float, p: int) -> Tilts:
     if p <= EXACT:
         return {}
     with reading(path) as moment:
-        moments = moments_of(read_sweeps(moment.connection, a))
+        moments = moments_of(read_sweeps(moment, a))
     return next_tilts(a, moments) if len(moments) == p - EXACT - 1 else {}
 
 

@@ -1,4 +1,4 @@
-"""Connections to a catalogue, for reading or writing; its journal; SQLite's errors in plain words.
+"""Connections to a catalogue, for reading or writing; SQLite's errors in plain words.
 
 SQLite keeps the latest changes in a journal, ``orbits.db-wal``, until it moves them into the file. It finds
 the journal by name alone. If a killed process leaves a journal behind, and another file is then copied over
@@ -10,18 +10,16 @@ contains the file's last run, with at least the same number of commits.
 import os
 import sqlite3
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, TypeVar
 from urllib.parse import quote
 
 from orbitdb.errors import StoreError
+from orbitdb.store.paths import beside, need_place, place
 from orbitdb.store.schema import PAGE_SIZE, VIEWS
 from orbitdb.symbols.words import WordError, least_rotation, parse_primitive
-
-if TYPE_CHECKING:
-    import sqlalchemy as sa
 
 BUSY_TIMEOUT = 5.0
 """Seconds that SQLite waits for a lock."""
@@ -34,38 +32,147 @@ _STEPS_BETWEEN_LOOKS = 1_000_000
 _CACHE = 8 << 10
 """Page cache of a reader in kilobytes; it is small, because rows are read in the order of storage."""
 
-
-class Place(NamedTuple):
-    """The identity of a file, whatever its name."""
-
-    device: int
-    inode: int
+Values = Sequence[Any] | Mapping[str, Any]
 
 
-def place(path: Path) -> Place | None:
-    """Return the identity of the file that is now at a path, or None if there is none."""
+class Connection(sqlite3.Connection):
+    """A connection to a catalogue; `refused` says what was wrong with the last word given to ``code()``."""
+
+    refused = ""
+
+    def scalar(self, query: str, values: Values = ()) -> Any:
+        """Return the first value of the first row, or None if there is no row."""
+        return next(self.execute(query, values), (None,))[0]
+
+    def records(self, query: str, values: Values = ()) -> Iterator[dict[str, Any]]:
+        """Yield the rows as dicts, with the names of the columns."""
+        cursor = self.execute(query, values)
+        names = [name for name, *_ in cursor.description]
+        return (dict(zip(names, row, strict=True)) for row in cursor)
+
+
+class Moment(Connection):
+    """A connection in a read transaction; all answers taken from it are consistent with one another.
+
+    Attributes
+    ----------
+    path : Path
+        The path of the file.
+    """
+
+    path: Path
+
+
+_Opened = TypeVar("_Opened", bound=sqlite3.Connection)
+
+
+def open_sqlite(uri: str, kind: type[_Opened]) -> _Opened:
+    """Connect to a database; Ctrl-C interrupts long queries."""
+    connection = sqlite3.connect(
+        uri, timeout=BUSY_TIMEOUT, uri=True, isolation_level=None, check_same_thread=False, factory=kind
+    )
+    connection.execute("PRAGMA trusted_schema = OFF")
+    connection.execute("PRAGMA cell_size_check = ON")
+    connection.set_progress_handler(lambda: 0, _STEPS_BETWEEN_LOOKS)  # so that Python can handle signals
+    return connection
+
+
+def open_to_read(path: Path) -> Moment:
+    """Open a catalogue for reading, even in a read-only folder or while others write."""
+    mode = "&immutable=1" if read_alone(path) else ""
+    uri = uri_of(path, "rw") + mode  # the last to close the file removes the journal
+    connection = _open_own(path, uri, Moment)
+    connection.path = path
+    connection.execute("PRAGMA temp_store = MEMORY")
+    for text in VIEWS.values():  # this version's views; those in the file are for other programs
+        connection.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
+    add_code(connection)
+    connection.execute("PRAGMA query_only = ON")
+    connection.execute(f"PRAGMA cache_size = -{_CACHE}")
+    return connection
+
+
+def open_to_write(path: Path, references: bool = True, create: bool = False) -> Connection:
+    """Open a file for writing; with `references`, SQLite checks every foreign key that is written.
+
+    A fill does not check references, because the random lookups would take a third of its time. Only with
+    `create` may the file be new.
+    """
+    if path.exists() and not os.access(path, os.W_OK):
+        raise StoreError(remedy(path, "readonly"))  # SQLite would do so, too, but leave an empty journal
+    connection = _open_own(path, uri_of(path, "rwc" if create else "rw"), Connection)
     try:
-        status = path.stat()
-    except OSError:
-        return None
-    return Place(status.st_dev, status.st_ino)
+        connection.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # for a new file; others keep their page size
+        waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
+        connection.execute("PRAGMA synchronous = NORMAL")
+        connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
+    except BaseException:
+        connection.close()
+        raise
+    return connection
 
 
-def need_place(path: Path, opened: Place | None, message: str) -> None:
-    """Raise `StoreError` if the opened file was replaced or deleted; `message` ends the error message."""
-    now = place(path)
-    if now != opened:
-        what = "moved or deleted" if now is None else "replaced by another file"
-        raise StoreError(f"{path} was {what} while this command {message}")
+def _open_own(path: Path, uri: str, kind: type[_Opened]) -> _Opened:
+    """Connect to a file whose journal is its own, also if the file is replaced at this moment."""
+    before = place(path)
+    refuse_foreign_journal(path)
+    connection = open_sqlite(uri, kind)
+    try:
+        if before:
+            need_place(path, before, "opened it")
+    except BaseException:
+        connection.close()
+        raise
+    return connection
 
 
-# the journal
+def uri_of(path: Path, mode: str = "ro") -> str:
+    """Return a path as an absolute URI; its name need not be UTF-8."""
+    return f"file:{quote(os.fsencode(os.path.realpath(path)))}?mode={mode}"
 
 
-def beside(path: Path) -> tuple[Path, Path]:
-    """Return the paths of a file's journal and of the journal's index."""
-    real = Path(os.path.realpath(path))
-    return real.with_name(real.name + "-wal"), real.with_name(real.name + "-shm")
+def add_code(connection: Connection) -> None:
+    """Give a connection the function ``code()``, the least rotation of a word; others are `refused`."""
+
+    def code(word: object) -> str | None:
+        if word is None:
+            return None
+        try:
+            if not isinstance(word, str):
+                raise WordError(f"codes are texts, so write words in quotes: '{word}', not {word}")
+            return least_rotation(parse_primitive(word))
+        except WordError as error:
+            connection.refused = f"code({word!r}): {error}"
+            raise
+
+    connection.create_function("code", 1, code, deterministic=True)
+
+
+# transactions
+
+
+@contextmanager
+def transaction(connection: sqlite3.Connection, begin: str = "BEGIN") -> Iterator[None]:
+    """Commit what the block writes, or roll it back if the block fails."""
+    waiting(lambda: connection.execute(begin))
+    with connection:
+        yield
+
+
+def waiting(ask: Callable[[], object]) -> None:
+    """Call `ask` until it gets a lock or the time is up; Ctrl-C works between attempts."""
+    deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
+    while True:
+        try:
+            ask()
+            return
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
+                raise
+        time.sleep(0.01)  # because SQLite itself does not wait before it changes the journal mode
+
+
+# what others may do to the file meanwhile
 
 
 def refuse_foreign_journal(path: Path) -> None:
@@ -82,143 +189,24 @@ def refuse_foreign_journal(path: Path) -> None:
 def _continues(path: Path) -> bool:
     """Tell whether a journal continues its file, that is, contains the last run recorded in the file.
 
-    Neither connection can write, because the last one to close would move the journal into the file. The
-    read transaction keeps writers from doing so meanwhile.
+    Neither connection can write, because the last one to close would move the journal into the file.
     """
     with (
-        closing(open_sqlite(uri_of(path))) as whole,
-        closing(open_sqlite(uri_of(path) + "&immutable=1")) as alone,
+        closing(open_sqlite(uri_of(path) + "&immutable=1", sqlite3.Connection)) as alone,
+        closing(open_sqlite(uri_of(path), sqlite3.Connection)) as whole,
     ):
         try:
-            whole.execute("BEGIN")
-            with_journal = _runs(whole)
-        except sqlite3.OperationalError as error:
-            if "no such table" not in str(error):
-                return True  # locked, or without permission; opening it will say so
-            with_journal = {}
-        except (sqlite3.DatabaseError, UnicodeDecodeError):
-            with_journal = {}
-        try:
-            runs = _runs(alone)
+            query = "SELECT id, started, commits FROM run ORDER BY id DESC LIMIT 1"
+            last = alone.execute(query).fetchone()
         except (sqlite3.Error, UnicodeDecodeError):
             return True  # nothing to compare: damaged, or the first pages are still in the journal
-    if not runs:
-        return True
-    last = max(runs)
-    (started, commits), (same, more) = runs[last], with_journal.get(last, ("", 0))
-    return started == same and commits <= more
-
-
-def _runs(connection: sqlite3.Connection) -> dict[int, tuple[str, int]]:
-    """Return for each run, by id, when it started and its number of transactions."""
-    rows = connection.execute("SELECT id, started, commits FROM run").fetchall()
-    return {number: (started, commits) for number, started, commits in rows}
-
-
-def remove_journal_of(path: Path, opened: Place | None, journal: dict[Path, Place | None]) -> None:
-    """Remove the journal of an opened file that is no longer at its path; SQLite would leave it there.
-
-    It would be taken for that of the next file with this name.
-    """
-    if place(path) != opened:
-        for part, was in journal.items():
-            if was is not None and place(part) == was:
-                part.unlink(missing_ok=True)
-
-
-def places_beside(path: Path) -> dict[Path, Place | None]:
-    """Return the identities of a file's journal and of the journal's index."""
-    return {part: place(part) for part in beside(path)}
-
-
-# connections
-
-
-def open_sqlite(uri: str) -> sqlite3.Connection:
-    """Connect to a database; Ctrl-C interrupts long queries."""
-    connection = sqlite3.connect(
-        uri, timeout=BUSY_TIMEOUT, uri=True, isolation_level=None, check_same_thread=False
-    )
-    connection.execute("PRAGMA trusted_schema = OFF")
-    connection.execute("PRAGMA cell_size_check = ON")
-    connection.set_progress_handler(lambda: 0, _STEPS_BETWEEN_LOOKS)  # so that Python can handle signals
-    return connection
-
-
-def add_code(connection: sqlite3.Connection) -> None:
-    """Give a connection the function ``code()``: the least rotation of a word; NULL for anything else."""
-
-    def code(word: object) -> str | None:
+        same = "SELECT 1 FROM run WHERE id = ? AND started = ? AND commits >= ?"
         try:
-            return least_rotation(parse_primitive(word)) if isinstance(word, str) else None
-        except WordError:
-            return None
-
-    connection.create_function("code", 1, code, deterministic=True)
-
-
-def _open_own(path: Path, uri: str) -> sqlite3.Connection:
-    """Connect to a file whose journal is its own, also if the file is replaced at this moment."""
-    before = place(path)
-    refuse_foreign_journal(path)
-    connection = open_sqlite(uri)
-    try:
-        if before:
-            need_place(path, before, "opened it")
-    except BaseException:
-        connection.close()
-        raise
-    return connection
-
-
-def uri_of(path: Path, mode: str = "ro") -> str:
-    """Return a path as an absolute URI; its name need not be UTF-8."""
-    return f"file:{quote(os.fsencode(os.path.realpath(path)))}?mode={mode}"
-
-
-def waiting(ask: Callable[[], object]) -> None:
-    """Call `ask` until it gets a lock or the time is up; Ctrl-C works between attempts."""
-    deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
-    while True:
-        try:
-            ask()
-            return
+            return not last or whole.execute(same, last).fetchone() is not None
         except sqlite3.OperationalError as error:
-            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
-                raise
-        time.sleep(0.01)  # because SQLite itself does not wait before it changes the journal mode
-
-
-def open_to_read(path: Path) -> sqlite3.Connection:
-    """Open a catalogue for reading, even in a read-only folder or while others write."""
-    mode = "&immutable=1" if read_alone(path) else ""
-    connection = _open_own(path, uri_of(path, "rw") + mode)  # the last to close the file removes the journal
-    connection.execute("PRAGMA temp_store = MEMORY")
-    for text in VIEWS.values():  # this version's views; those in the file are for other programs
-        connection.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
-    add_code(connection)
-    connection.execute("PRAGMA query_only = ON")
-    connection.execute(f"PRAGMA cache_size = -{_CACHE}")
-    return connection
-
-
-def open_to_write(path: Path, references: bool = True, create: bool = False) -> sqlite3.Connection:
-    """Open a file for writing; with `references`, SQLite checks every foreign key that is written.
-
-    Only with `create` may the file be new.
-    """
-    if path.exists() and not os.access(path, os.W_OK):
-        raise StoreError(remedy(path, "readonly"))  # SQLite would do so, too, but leave an empty journal
-    connection = _open_own(path, uri_of(path, "rwc" if create else "rw"))
-    try:
-        connection.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # for a new file; others keep their page size
-        waiting(lambda: connection.execute("PRAGMA journal_mode = WAL"))
-        connection.execute("PRAGMA synchronous = NORMAL")
-        connection.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
-    except BaseException:
-        connection.close()
-        raise
-    return connection
+            return "no such table" not in str(error)  # locked, or no permission; opening it will say so
+        except (sqlite3.DatabaseError, UnicodeDecodeError):
+            return False
 
 
 def read_alone(path: Path) -> bool:
@@ -249,46 +237,6 @@ def _stamp(path: Path) -> tuple[int, int] | None:
     return status.st_mtime_ns, status.st_size
 
 
-def reading_engine(path: Path) -> "sa.Engine":
-    """Return an engine for reading.
-
-    Each transaction opens the file that is then at the path. Between transactions the file is closed, so that
-    another may take its place.
-    """
-    import sqlalchemy as sa  # single words are looked up without it
-
-    return _engine(lambda: open_to_read(path), "BEGIN", sa.pool.NullPool)
-
-
-def writing_engine(path: Path, references: bool = True, create: bool = False) -> "sa.Engine":
-    """Return an engine for writing, which keeps the file open; its transactions take the write lock at once.
-
-    A fill does not check references, because the random lookups would take a third of its time.
-    """
-    import sqlalchemy as sa
-
-    return _engine(lambda: open_to_write(path, references, create), "BEGIN IMMEDIATE", sa.pool.QueuePool)
-
-
-def _engine(connect: Callable[[], sqlite3.Connection], begin: str, pool: "type[sa.Pool]") -> "sa.Engine":
-    import sqlalchemy as sa
-
-    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=pool)
-
-    @sa.event.listens_for(engine, "begin")
-    def take_lock(connection: "sa.Connection") -> None:
-        waiting(lambda: driver(connection).execute(begin))
-
-    return engine
-
-
-def driver(connection: "sa.Connection") -> sqlite3.Connection:
-    """Return the sqlite3 connection of an SQLAlchemy connection, for direct queries."""
-    own = connection.connection.driver_connection
-    assert isinstance(own, sqlite3.Connection)
-    return own
-
-
 # errors
 
 
@@ -297,14 +245,11 @@ def plain_errors(path: Path) -> Iterator[None]:
     """Turn errors of SQLite into a `StoreError` that says what to do."""
     try:
         yield
-    except Exception as error:
-        cause = getattr(error, "orig", error)  # the error that SQLAlchemy wrapped
-        if not isinstance(cause, sqlite3.Error | UnicodeDecodeError):
-            raise
-        if str(cause) == "interrupted":  # by a signal
+    except (sqlite3.Error, UnicodeDecodeError) as error:
+        if str(error) == "interrupted":  # by a signal
             raise KeyboardInterrupt from error
         # a text that is not UTF-8 is damage, too
-        message = "malformed" if isinstance(cause, UnicodeDecodeError) else str(cause)
+        message = "malformed" if isinstance(error, UnicodeDecodeError) else str(error)
         raise StoreError(remedy(path, message)) from error
 
 

@@ -1,30 +1,35 @@
-"""The file of a catalogue: its path, what kind of file it is, reading it, and creating or upgrading it."""
+"""The file of a catalogue: what kind of file it is, reading it, and creating or upgrading it."""
 
-import os
 import sqlite3
 import stat
 from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from orbitdb.errors import StoreError
 from orbitdb.store.connection import (
-    beside,
+    Connection,
+    Moment,
     open_sqlite,
     open_to_read,
-    place,
-    places_beside,
+    open_to_write,
     plain_errors,
-    reading_engine,
     refuse_foreign_journal,
-    remove_journal_of,
+    transaction,
     unchanged,
     uri_of,
-    waiting,
-    writing_engine,
+)
+from orbitdb.store.paths import (
+    absolute_path,
+    beside,
+    data_folder,
+    default_path,
+    home_expanded,
+    place,
+    places_beside,
+    remove_journal_of,
 )
 from orbitdb.store.schema import (
     APPLICATION_ID,
@@ -35,35 +40,6 @@ from orbitdb.store.schema import (
     VIEWS,
 )
 from orbitdb.symbols.symmetry import ELEMENT_ROWS
-
-if TYPE_CHECKING:
-    import sqlalchemy as sa
-
-# the path
-
-
-def default_path() -> Path:
-    """Return the path of the default catalogue: ORBITDB_DB, or ``orbits.db`` in the user's data folder."""
-    named = os.environ.get("ORBITDB_DB")
-    return home_expanded(named) if named else data_folder() / "orbits.db"
-
-
-def home_expanded(path: Path | str) -> Path:
-    """Return a path with the home folder in place of ``~``, which shells leave as it is within quotes."""
-    return Path(os.path.expanduser(path))
-
-
-def absolute_path(path: Path | str | None) -> Path:
-    """Return the absolute path of a catalogue, so that it does not follow `os.chdir`; None is the default."""
-    return (default_path() if path is None else home_expanded(path)).absolute()
-
-
-def data_folder() -> Path:
-    """Return the user's data folder for orbitdb."""
-    from platformdirs import user_data_path
-
-    return user_data_path("orbitdb", appauthor=False)
-
 
 # what kind of file it is
 
@@ -89,27 +65,25 @@ def check_file(path: Path) -> int | None:
             return None
     except OSError as error:
         raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
-    marks = _marks(path)
-    if not marks.application and not marks.version and marks.pages <= 1:
+    pages, version, application = _marks(path)
+    if not application and not version and pages <= 1:
         return None  # a database without tables, because its creation was interrupted
-    if marks.application != APPLICATION_ID:
-        if marks.ours:
-            pragmas = f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {SCHEMA_VERSION}"
-            raise StoreError(
-                f"{path} lacks two marks of a catalogue, which .dump leaves out: "
-                f'"{pragmas}" in sqlite3 adds them'
-            )
-        raise StoreError(f"{path} is another program's SQLite database: name another file")
-    if marks.version > SCHEMA_VERSION:
+    if application != APPLICATION_ID:
+        pragmas = f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {SCHEMA_VERSION}"
         raise StoreError(
-            f"{path} has schema {marks.version}, newer than this orbitdb's {SCHEMA_VERSION}: upgrade orbitdb"
+            f"{path} is another program's SQLite database: name another file "
+            f'(a catalogue restored from .dump needs "{pragmas}" in sqlite3)'
         )
-    if marks.version < OLDEST_VERSION:
+    if version > SCHEMA_VERSION:
         raise StoreError(
-            f"{path} was made by a development version of orbitdb (schema {marks.version}): "
+            f"{path} has schema {version}, newer than this orbitdb's {SCHEMA_VERSION}: upgrade orbitdb"
+        )
+    if version < OLDEST_VERSION:
+        raise StoreError(
+            f"{path} was made by a development version of orbitdb (schema {version}): "
             "move it away, and fill a new one"
         )
-    return marks.version
+    return version
 
 
 def need_newest(path: Path) -> None:
@@ -122,63 +96,33 @@ def need_newest(path: Path) -> None:
         raise StoreError(f"{path} has the older schema {version}: run 'orbitdb migrate' first")
 
 
-class _Marks(NamedTuple):
-    """What tells a catalogue from other SQLite files; `ours` if Alembic's table names the latest schema."""
-
-    pages: int
-    version: int
-    application: int
-    ours: bool
-
-
-def _marks(path: Path) -> _Marks:
-    """Return what kind of database a file is, including changes that are still in the journal.
+def _marks(path: Path) -> list[int]:
+    """Return the number of pages, the schema's version and the application of a file and its journal.
 
     Only SQLite may open the file. A process that closes a file loses all its locks on it (POSIX), including
     those of SQLite's connections, and other processes could then remove the journal while it is in use.
     """
     if not beside(path)[0].exists():
-        with suppress(sqlite3.Error, UnicodeDecodeError):  # damaged, or being written at this moment
+        with suppress(sqlite3.Error):  # damaged, or being written at this moment
             return _read_marks(uri_of(path) + "&immutable=1")
     refuse_foreign_journal(path)
     with plain_errors(path):
         return _read_marks(uri_of(path))
 
 
-def _read_marks(uri: str) -> _Marks:
-    with closing(open_sqlite(uri)) as connection:
+def _read_marks(uri: str) -> list[int]:
+    with closing(open_sqlite(uri, Connection)) as connection:
         names = ("page_count", "user_version", "application_id")
-        pages, version, application = (connection.execute(f"PRAGMA {name}").fetchone()[0] for name in names)
-        ours = False
-        with suppress(sqlite3.OperationalError):
-            (revision,) = connection.execute("SELECT version_num FROM alembic_version").fetchone() or ("",)
-            ours = revision == f"{SCHEMA_VERSION:04}"
-        return _Marks(pages, version, application, ours)
+        return [connection.scalar(f"PRAGMA {name}") for name in names]
 
 
 # reading
 
 
-@dataclass(frozen=True)
-class Moment:
-    """A read transaction on a catalogue; all answers taken from it are consistent with one another.
-
-    Attributes
-    ----------
-    connection : sqlalchemy.Connection
-        A connection that sees the file as it was when the transaction began.
-    path : Path
-        The path of the file.
-    """
-
-    connection: "sa.Connection"
-    path: Path
-
-
 class Reader:
     """A catalogue file to read; each call of `moment` starts a `Moment` of the file then at the path.
 
-    Between moments the file is closed.
+    Between moments the file is closed, so that another may take its place.
 
     Parameters
     ----------
@@ -195,7 +139,6 @@ class Reader:
         need_newest(default_path() if path is None else home_expanded(path))
         self.path = absolute_path(path)
         self._place = place(self.path)
-        self._engine = reading_engine(self.path)
 
     @contextmanager
     def moment(self) -> Iterator[Moment]:
@@ -203,10 +146,15 @@ class Reader:
         if place(self.path) != self._place:  # another file has taken its place
             need_newest(self.path)
             self._place = place(self.path)
-        with unchanged(self.path), plain_errors(self.path), self._engine.begin() as connection:
+        with (
+            unchanged(self.path),
+            plain_errors(self.path),
+            closing(open_to_read(self.path)) as moment,
+            transaction(moment),
+        ):
             journal = places_beside(self.path)
             try:
-                yield Moment(connection, self.path)
+                yield moment
             finally:
                 remove_journal_of(self.path, self._place, journal)
 
@@ -216,15 +164,6 @@ def reading(path: Path | str | None = None) -> Iterator[Moment]:
     """Open a catalogue for a single moment, and close it afterwards."""
     with Reader(path).moment() as moment:
         yield moment
-
-
-@contextmanager
-def asking(path: Path) -> Iterator[sqlite3.Connection]:
-    """Yield a connection in a read transaction, without importing SQLAlchemy."""
-    need_newest(path)
-    with unchanged(path), plain_errors(path), closing(open_to_read(path)) as connection:
-        waiting(lambda: connection.execute("BEGIN"))
-        yield connection
 
 
 # creating and upgrading
@@ -256,35 +195,44 @@ def migrate(path: Path) -> Migration:
         ) from error
     if not folder.is_dir():
         raise StoreError(f"there is no folder {folder}: create it first, or name another file")
-    with plain_errors(path):
-        engine = writing_engine(path, references=False, create=True)
-        with engine.begin() as connection:
-            before = int(connection.exec_driver_sql("PRAGMA user_version").scalar_one())
-            if before != SCHEMA_VERSION:  # another process may have upgraded it meanwhile
-                if before:
-                    upgrade_tables(connection)
-                else:
+    with plain_errors(path), closing(open_to_write(path, references=False, create=True)) as connection:
+        if before:
+            upgrade_tables(connection)
+        else:
+            with transaction(connection, "BEGIN IMMEDIATE"):
+                if not connection.scalar("PRAGMA user_version"):  # nobody else has created it meanwhile
                     _create(connection)
-                connection.exec_driver_sql(f"PRAGMA application_id = {APPLICATION_ID}")
-                connection.exec_driver_sql(f"PRAGMA user_version = {SCHEMA_VERSION}")
-        engine.dispose()
     return Migration(before, SCHEMA_VERSION)
 
 
-def _create(connection: "sa.Connection") -> None:
+def _create(connection: Connection) -> None:
     """Create the latest schema directly, and record its version for Alembic."""
     for statement in (*TABLES.values(), *VIEWS.values(), REVISIONS):
-        connection.exec_driver_sql(statement)
-    connection.exec_driver_sql("INSERT INTO element VALUES (?, ?, ?)", ELEMENT_ROWS)
-    connection.exec_driver_sql("INSERT INTO alembic_version VALUES (?)", (f"{SCHEMA_VERSION:04}",))
+        connection.execute(statement)
+    connection.executemany("INSERT INTO element VALUES (?, ?, ?)", ELEMENT_ROWS)
+    connection.execute("INSERT INTO alembic_version VALUES (?)", (f"{SCHEMA_VERSION:04}",))
+    _mark(connection)
 
 
-def upgrade_tables(connection: "sa.Connection") -> None:
-    """Run the missing migrations on an open database."""
+def _mark(connection: Connection) -> None:
+    connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+    connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+
+
+def upgrade_tables(connection: Connection) -> None:
+    """Run the missing migrations of an older catalogue in one transaction."""
+    import sqlalchemy as sa
     from alembic import command
     from alembic.config import Config
 
+    engine = sa.create_engine("sqlite://", creator=lambda: connection, poolclass=sa.pool.StaticPool)
+    sa.event.listen(engine, "begin", lambda _: connection.execute("BEGIN IMMEDIATE"))
     config = Config()
     config.set_main_option("script_location", MIGRATIONS)
-    config.attributes["connection"] = connection
-    command.upgrade(config, "head")
+    try:
+        with engine.begin() as own:
+            config.attributes["connection"] = own
+            command.upgrade(config, "head")
+            _mark(connection)
+    except sa.exc.DBAPIError as error:
+        raise error.orig or error from error

@@ -1,32 +1,19 @@
 """Read fills and sweeps: their progress, and the counts and sums of finished periods."""
 
+import sqlite3
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
-
-import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, DOUBLES, EntropyBounds
 from orbitdb.errors import InputError
 from orbitdb.extras import Record
 from orbitdb.orbits.status import Status
+from orbitdb.store.connection import Connection
 from orbitdb.store.schema import DONE, SWEPT
 from orbitdb.store.selection import written_periods
-from orbitdb.store.tables import (
-    change,
-    cycle,
-    entropy_bound,
-    fill,
-    level,
-    level_fill,
-    orbit,
-    pruned,
-    stadium,
-    sweep,
-    trajectory,
-)
 from orbitdb.symbols.pruning import RULE_NUMBERS, count_admissible, count_primitive
 from orbitdb.symbols.words import key, keys_of_period
 from orbitdb.text import several
@@ -87,46 +74,41 @@ class Fill(Record):
         return self.state == DONE
 
 
-def read_fills(connection: sa.Connection, a: float) -> list[Fill]:
+_AT_A = "stadium = (SELECT id FROM stadium WHERE a = ?)"
+
+
+def read_fills(connection: Connection, a: float) -> list[Fill]:
     """Return the fills at a given a, in order of period."""
-    query = sa.select(fill).join(stadium).where(stadium.c.a == a).order_by(fill.c.p)
-    return [_as_fill(row) for row in connection.execute(query)]
+    return [_as_fill(row) for row in connection.records(f"SELECT * FROM fill WHERE {_AT_A} ORDER BY p", (a,))]
 
 
-def _as_fill(row: sa.Row[Any]) -> Fill:
-    values = row._mapping
-    pruned = tuple(values[f"rule_{number}"] for number in range(1, 7))
+def _as_fill(row: Mapping[str, Any]) -> Fill:
+    pruned = tuple(row[f"rule_{number}"] for number in range(1, 7))
     names = (column.name for column in fields(Fill) if column.name != "pruned")
-    return Fill(pruned=pruned, **{name: values[name] for name in names})
+    return Fill(pruned=pruned, **{name: row[name] for name in names})
 
 
-def words_up_to(connection: sa.Connection, stadium: int | None, p: int, last: str) -> int:
+def words_up_to(connection: Connection, stadium: int | None, p: int, last: str) -> int:
     """Count the words of a period in the stored classes with representatives up to `last`.
 
     A class counts as stored if it has an orbit at the stadium or, if that is None, if it has births.
     """
-    size = sa.select(sa.func.sum(cycle.c.class_size))
-    if stadium is None:
-        rows = size.join_from(change, cycle).where(change.c.number == 1)
-    else:
-        rows = size.join_from(orbit, cycle).where(orbit.c.stadium == stadium)
-    return connection.scalar(rows.where(cycle.c.id.between(keys_of_period(p)[0], key(last)))) or 0
+    rows, only = ("change", "number = 1") if stadium is None else ("orbit", f"stadium = {stadium}")
+    query = f"""SELECT sum(class_size) FROM {rows} JOIN cycle ON cycle.id = {rows}.cycle
+        WHERE {only} AND cycle.id BETWEEN ? AND ?"""
+    return connection.scalar(query, (keys_of_period(p)[0], key(last))) or 0
 
 
 def status_counts(
-    connection: sa.Connection, stadium: int, p: int | None = None
+    connection: Connection, stadium: int, p: int | None = None
 ) -> dict[int, dict[str, tuple[int, int]]]:
     """Return the numbers of words and classes at a stadium, by period and status."""
-    of_period = [] if p is None else [orbit.c.cycle.between(*keys_of_period(p))]
-    query = (
-        sa.select(cycle.c.p, orbit.c.status, sa.func.sum(cycle.c.class_size), sa.func.count())
-        .join(cycle, cycle.c.id == orbit.c.cycle)
-        .where(orbit.c.stadium == stadium, *of_period)
-        .group_by(cycle.c.p, orbit.c.status)
-    )
+    of_period = "" if p is None else "AND orbit.cycle BETWEEN {} AND {}".format(*keys_of_period(p))
+    query = f"""SELECT cycle.p, orbit.status, sum(cycle.class_size), count(*)
+        FROM orbit JOIN cycle ON cycle.id = orbit.cycle WHERE orbit.stadium = ? {of_period} GROUP BY 1, 2"""
     counts: dict[int, dict[str, tuple[int, int]]] = {}
-    for p, status, words, classes in connection.execute(query):
-        counts.setdefault(p, {})[status] = (words, classes)
+    for period, status, words, classes in connection.execute(query, (stadium,)):
+        counts.setdefault(period, {})[status] = (words, classes)
     return counts
 
 
@@ -196,10 +178,10 @@ class Sweep(Record):
         }
 
 
-def read_sweeps(connection: sa.Connection, a: float) -> list[Sweep]:
+def read_sweeps(connection: Connection, a: float) -> list[Sweep]:
     """Return the sweeps at a given a, in order of period."""
-    query = sa.select(sweep).join(stadium).where(stadium.c.a == a).order_by(sweep.c.p)
-    return [_as_sweep(row) for row in connection.execute(query)]
+    rows = connection.records(f"SELECT * FROM sweep WHERE {_AT_A} ORDER BY p", (a,))
+    return [_as_sweep(row) for row in rows]
 
 
 def moments_of(sweeps: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
@@ -213,25 +195,24 @@ def moments_of(sweeps: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
     return moments
 
 
-def _as_sweep(row: sa.Row[Any]) -> Sweep:
+def _as_sweep(row: Mapping[str, Any]) -> Sweep:
     from orbitdb.averages.by_period import PeriodSums
     from orbitdb.averages.tilting import from_bytes
     from orbitdb.orbits.exponents import Tally
 
-    values = row._mapping
-    p, counts = values["p"], [values[name] for name in SWEPT]
+    p, tally = row["p"], Tally(*(row[name] for name in SWEPT))
     sums, moments = None, {}
-    if values["state"] == DONE:
-        sums, moments = PeriodSums.from_numbers(p, values["sums"] or b""), from_bytes(values["moments"])
-    spent = values["blocks"], values["seconds"], values["processor"]
-    return Sweep(p, values["state"], Tally(*counts), *spent, sums, moments)
+    if row["state"] == DONE:
+        sums, moments = PeriodSums.from_numbers(p, row["sums"] or b""), from_bytes(row["moments"])
+    spent = row["blocks"], row["seconds"], row["processor"]
+    return Sweep(p, row["state"], tally, *spent, sums, moments)
 
 
 # bounds on the entropy, levels, trajectories, and the size of rows
 
 
 def bounds_by_a(
-    connection: sa.Connection, proof: str | None = None, a: float | None = None
+    connection: Connection, proof: str | None = None, a: float | None = None
 ) -> list[EntropyBounds]:
     """Return the tightest stored bounds on the entropy at every a, or at a given a, in order of a.
 
@@ -240,39 +221,26 @@ def bounds_by_a(
     """
     if proof not in (None, DOUBLES, BALLS):
         raise InputError(f"proof {proof!r}: use {DOUBLES} or {BALLS}")
-    table = entropy_bound.c
-    names = (table.a, table.edges, table.lower, table.upper, table.windows, table.undecided, table.proof)
-    query = sa.select(*names).order_by(table.a, table.edges, table.proof)
-    if proof is not None:
-        query = query.where(table.proof == proof)
-    if a is not None:
-        query = query.where(table.a == a)
-    stored = (EntropyBounds(*row) for row in connection.execute(query))
+    query = """SELECT a, edges, lower, upper, windows, undecided, proof FROM entropy_bound
+        WHERE proof = coalesce(?, proof) AND a = coalesce(?, a) ORDER BY a, edges, proof"""
+    stored = (EntropyBounds(*row) for row in connection.execute(query, (proof, a)))
     by_a = groupby(stored, key=lambda bounds: bounds.a)
     return [min(group, key=lambda bounds: (bounds.width, bounds.proof)) for _, group in by_a]
 
 
-def tightest_bounds(connection: sa.Connection, a: float, proof: str | None = None) -> EntropyBounds | None:
+def tightest_bounds(connection: Connection, a: float, proof: str | None = None) -> EntropyBounds | None:
     """Return the tightest stored bounds on the entropy at a given a (`bounds_by_a`), or None."""
     return next(iter(bounds_by_a(connection, proof, Stadium(a).a)), None)
 
 
-def best_reference(connection: sa.Connection, a: float) -> "Reference | None":
+def best_reference(connection: Connection, a: float) -> "Reference | None":
     """Return the averages over trajectories with the smallest error at a given a, or None."""
     from orbitdb.trajectories.ensemble import Reference
 
-    names = [field.name for field in fields(Reference)]
-    query = (
-        sa.select(*(trajectory.c[name] for name in names))
-        .join(stadium)
-        .where(stadium.c.a == a)
-        .order_by(trajectory.c.lambda_d_error)
-        .limit(1)
-    )
-    row = connection.execute(query).mappings().first()
-    if row is None:
-        return None
-    return Reference(**{**row, "seed": int(row["seed"])})
+    names = ", ".join(field.name for field in fields(Reference))
+    query = f"SELECT {names} FROM trajectory WHERE {_AT_A} ORDER BY lambda_d_error LIMIT 1"
+    row = next(connection.records(query, (a,)), None)
+    return None if row is None else Reference(**{**row, "seed": int(row["seed"])})
 
 
 @dataclass(frozen=True)
@@ -311,40 +279,36 @@ class Contents:
         return ", ".join(parts) or "nothing"
 
 
-def contents(connection: sa.Connection, a: float, spans: Sequence[tuple[int, int]] = ()) -> Contents:
+def contents(connection: Connection, a: float, spans: Sequence[tuple[int, int]] = ()) -> Contents:
     """Return what is stored at a given a, in the periods of `spans` or in all."""
-    own = sa.select(stadium.c.id).where(stadium.c.a == a).scalar_subquery()
+    chosen = of_spans(spans)
 
-    def within(period: sa.Column[int]) -> sa.ColumnElement[bool]:
-        return sa.or_(*(period.between(*span) for span in spans)) if spans else sa.true()
+    def periods(table: str) -> tuple[int, ...]:
+        query = f"SELECT DISTINCT p FROM {table} WHERE {_AT_A} AND {chosen} ORDER BY p"
+        return tuple(p for (p,) in connection.execute(query, (a,)))
 
-    def periods(table: sa.Table) -> tuple[int, ...]:
-        query = sa.select(table.c.p).where(table.c.stadium == own, within(table.c.p)).distinct()
-        return tuple(connection.scalars(query.order_by(table.c.p)))
+    def count(table: str, where: str) -> int:
+        return int(connection.scalar(f"SELECT count(*) FROM {table} WHERE {where}", (a,)))
 
-    def count(table: sa.Table, where: sa.ColumnElement[bool]) -> int:
-        return connection.scalar(sa.select(sa.func.count()).select_from(table).where(where)) or 0
-
-    words = sa.select(sa.func.sum(cycle.c.class_size)).join_from(orbit, cycle)
-    stored = connection.scalar(words.where(orbit.c.stadium == own, within(cycle.c.p))) or 0
-    rest = (
-        (level, level.c.a == a),
-        (entropy_bound, entropy_bound.c.a == a),
-        (trajectory, trajectory.c.stadium == own),
-    )
-    return Contents(
-        stored, periods(fill), periods(sweep), *(() if spans else (count(*condition) for condition in rest))
-    )
+    words = "SELECT sum(class_size) FROM orbit JOIN cycle ON cycle.id = orbit.cycle"
+    stored = connection.scalar(f"{words} WHERE {_AT_A} AND {chosen}", (a,)) or 0
+    rest = (("level", "a = ?"), ("entropy_bound", "a = ?"), ("trajectory", _AT_A))
+    counts = () if spans else (count(*condition) for condition in rest)
+    return Contents(stored, periods("fill"), periods("sweep"), *counts)
 
 
-def level_windows(connection: sa.Connection) -> list[tuple[float, str, float, float, int]]:
+def of_spans(spans: Sequence[tuple[int, int]]) -> str:
+    """Return the condition that the column p is in one of the ranges; all are chosen if there is none."""
+    return f"({' OR '.join(f'p BETWEEN {low} AND {high}' for low, high in spans) or 'TRUE'})"
+
+
+def level_windows(connection: Connection) -> list[tuple[float, str, float, float, int]]:
     """Return a, parity, least and greatest k, and number of levels of each range without a gap."""
-    inside = (level.c.a == level_fill.c.a) & (level.c.parity == level_fill.c.parity)
-    inside &= (level.c.number > level_fill.c.below) & (level.c.k < level_fill.c.high)
-    keys = level_fill.c.a, level_fill.c.parity, level_fill.c.low, level_fill.c.high
-    query = sa.select(*keys, sa.func.count(level.c.number)).outerjoin(level, inside).group_by(*keys)
+    query = """SELECT own.a, own.parity, low, high, count(number) FROM level_fill AS own LEFT JOIN level
+        ON level.a = own.a AND level.parity = own.parity AND number > below AND k < high
+        GROUP BY 1, 2, 3, 4 ORDER BY 1, 2, 3, 4"""
     joined: list[tuple[float, str, float, float, int]] = []
-    for a, parity, low, high, count in connection.execute(query.order_by(*keys)):
+    for a, parity, low, high, count in connection.execute(query):
         if joined and joined[-1][:2] == (a, parity) and joined[-1][3] == low:
             _, _, low, _, before = joined.pop()
             count += before
@@ -352,33 +316,25 @@ def level_windows(connection: sa.Connection) -> list[tuple[float, str, float, fl
     return joined
 
 
-def trajectories(connection: sa.Connection) -> list[tuple[float, int, int]]:
+def trajectories(connection: Connection) -> list[tuple[float, int, int]]:
     """Return each a with averages over random trajectories, their number, and the bounces of the longest."""
-    query = sa.select(stadium.c.a, sa.func.count(), sa.func.max(trajectory.c.bounces)).join_from(
-        trajectory, stadium
-    )
-    return [(a, count, bounces) for a, count, bounces in connection.execute(query.group_by(stadium.c.a))]
+    query = """SELECT stadium.a, count(*), max(bounces) FROM trajectory JOIN stadium
+        ON stadium.id = trajectory.stadium GROUP BY stadium.a"""
+    return connection.execute(query).fetchall()
 
 
-def room(connection: sa.Connection) -> dict[str, tuple[int, float | None]]:
+def room(connection: Connection) -> dict[str, tuple[int, float | None]]:
     """Return the numbers of classes, orbits and pruned words, each with the bytes per row.
 
     The bytes are None if there are no rows, or if SQLite was built without `dbstat`.
     """
-    tables = {"classes": cycle, "orbits": orbit, "pruned words": pruned}
-    counts = [sa.select(sa.func.count()).select_from(table).scalar_subquery() for table in tables.values()]
-    rows, pages = connection.execute(sa.select(*counts)).one(), _bytes_of_tables(connection)
-    sizes = zip(tables.items(), rows, strict=True)
-    return {
-        name: (count, pages[table.name] / count if pages and count else None)
-        for (name, table), count in sizes
-        if count or table is not pruned
-    }
-
-
-def _bytes_of_tables(connection: sa.Connection) -> dict[str, int]:
     try:
-        rows = connection.exec_driver_sql("SELECT name, pgsize FROM dbstat WHERE aggregate = TRUE").all()
-    except sa.exc.OperationalError:
-        return {}
-    return {str(row.name): int(row.pgsize) for row in rows}
+        pages = dict(connection.execute("SELECT name, pgsize FROM dbstat WHERE aggregate = TRUE"))
+    except sqlite3.OperationalError:
+        pages = {}
+    rows = {}
+    for name, table in {"classes": "cycle", "orbits": "orbit", "pruned words": "pruned"}.items():
+        count = int(connection.scalar(f"SELECT count(*) FROM {table}"))
+        if count or table != "pruned":
+            rows[name] = count, pages[table] / count if pages and count else None
+    return rows

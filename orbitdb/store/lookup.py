@@ -1,9 +1,5 @@
-"""Look up single words in a catalogue, and find its default a.
+"""Look up single words in a catalogue, and find its default a."""
 
-These few rows are read without SQLAlchemy, because importing it would take longer than everything else.
-"""
-
-import sqlite3
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +10,8 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.status import NUMBERS, Status
-from orbitdb.store.file import asking
+from orbitdb.store.connection import Connection
+from orbitdb.store.file import reading
 from orbitdb.store.schema import LONG
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import MAX_KEYED, key, keys_of_period
@@ -38,7 +35,7 @@ WHERE own.cycle = ? AND own.kind = 'born' AND other.cycle BETWEEN ? AND ?
 ORDER BY own.a, cycle.word"""
 
 
-def find_word(connection: sqlite3.Connection, word: str, a: float) -> Orbit | None:
+def find_word(connection: Connection, word: str, a: float) -> Orbit | None:
     """Return the stored orbit of a primitive word at a given a, in the given rotation, or None."""
     if (pruned := pruned_word(word, a)) is not None:
         query = "SELECT 1 FROM pruned WHERE p = ? AND word = ?"
@@ -80,7 +77,7 @@ def _ids_of(representative: str) -> tuple[int, int, int, str]:
     return *ids, p, representative
 
 
-def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | None:
+def lives_of(connection: Connection, representative: str) -> Lives | None:
     """Return the ranges of a in which a class is an orbit, or None if no births of it are stored."""
     if len(representative) > MAX_KEYED:
         return None
@@ -88,7 +85,7 @@ def lives_of(connection: sqlite3.Connection, representative: str) -> Lives | Non
     return tuple(connection.execute(query, (key(representative),))) or None
 
 
-def certificate_of(connection: sqlite3.Connection, representative: str, a: float) -> tuple[float, int] | None:
+def certificate_of(connection: Connection, representative: str, a: float) -> tuple[float, int] | None:
     """Return the radius and the number of bits of a class's certificate, or None if it has none."""
     query = _FIND.format(columns="own.radius, own.bits", table="certificate")
     certificate: tuple[float, int] | None = connection.execute(
@@ -97,7 +94,7 @@ def certificate_of(connection: sqlite3.Connection, representative: str, a: float
     return certificate
 
 
-def partners(connection: sqlite3.Connection, representative: str) -> list[tuple[float, list[str]]]:
+def partners(connection: Connection, representative: str) -> list[tuple[float, list[str]]]:
     """Return each birth of a class, with the representatives of the other classes born on the same path.
 
     Classes with another period are left out, such as a shorter word that the word goes round twice.
@@ -113,7 +110,7 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
     """Return the orbit of a primitive word from the catalogue, or solve the word if it is not stored."""
     stored = None
     if path is not None:
-        with asking(path) as connection:
+        with reading(path) as connection:
             stored = find_word(connection, word, a)
     if stored is not None:
         return stored
@@ -138,7 +135,7 @@ def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
     """Return each stored birth of an orbit, with the representatives of the classes born on the same path."""
     if path is None or orbit.p > MAX_KEYED or not orbit.exists:
         return []
-    with asking(path) as connection:
+    with reading(path) as connection:
         return partners(connection, orbit.representative)
 
 
@@ -146,13 +143,13 @@ WITH_ORBITS = ("fill", "sweep", "orbit")
 """The tables that have rows at each a with orbits or sweeps."""
 
 
-def a_values(connection: sqlite3.Connection, tables: Sequence[str] = ()) -> list[float]:
+def a_values(connection: Connection, tables: Sequence[str] = ()) -> list[float]:
     """Return the stored values of a in order; with `tables`, only those with rows in one of them."""
     used = " OR ".join(f"EXISTS (SELECT 1 FROM {table} WHERE stadium = stadium.id)" for table in tables)
     return [a for (a,) in connection.execute(f"SELECT a FROM stadium WHERE {used or 'TRUE'} ORDER BY a")]
 
 
-def a_meant(connection: sqlite3.Connection) -> float:
+def a_meant(connection: Connection) -> float:
     """Return the default a of a catalogue (`meant`)."""
     return meant(a_values(connection, WITH_ORBITS))
 

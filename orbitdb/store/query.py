@@ -8,41 +8,39 @@ Geometrically pruned words have no class; they are found only if the selection n
 
 import math
 import re
-import sqlite3
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
-import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Integers, Masks
+from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import driver
-from orbitdb.store.lives import NEAR, Standings
+from orbitdb.store.connection import Connection
+from orbitdb.store.fills import of_spans
+from orbitdb.store.lives import NEAR
 from orbitdb.store.rows import COUNTS, Chosen, as_array, orders_of
-from orbitdb.store.schema import BORN, DIED, LONG, id_of_class
+from orbitdb.store.schema import BORN, DIED, LONG, OF_CLASS, PRUNED_ROWS, SHARED, id_of_class
 from orbitdb.store.selection import Selection, SelectionError, unknown_column
-from orbitdb.store.tables import ENDS, catalogue, change, classes, cycle, pruned, pruned_rows
-from orbitdb.store.where import Patience, expression, never, of_classes, watched
+from orbitdb.store.where import Patience, never, of_classes, watched
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.symmetry import ODD, STABILISER_OF, class_of, members, places_of_elements
 from orbitdb.symbols.words import MAX_KEYED
 
-_OF_WORDS = ("code", "element", "area")
-"""Columns whose values differ between the words of a class."""
+COLUMNS = tuple(column.name for column in IN_CATALOGUE)
+"""The columns of the view ``catalogue``."""
 
-_OF_CLASS = {"code": "representative", "word": "representative"}
-"""Their counterparts for a class."""
+_BY_WORD = ("code", "element", "area")
+"""Columns whose values differ between the words of a class, and by which rows can be sorted."""
 
-_CODED: sa.ColumnClause[int] = sa.literal_column(
-    "(cycle << 2) + (class_size > 1) + (class_size > 2) + (class_size > 4)"
-)
+_CODED = "(cycle << 2) + (class_size > 1) + (class_size > 2) + (class_size > 4) AS coded"
 """Id and size of a class in a single integer, because a second column would take half as long again."""
 
-_SYMMETRY: sa.ColumnClause[str] = sa.literal_column("iif(class_size < 8, symmetry, '1')")
+_AREA = f"iif(element IN {tuple(ODD)}, 0.0 - area, area)"
+"""The area of the representative, from that of a word."""
 
 BLOCK = 1 << 14
 
@@ -54,7 +52,7 @@ _LARGEST = 2**63 - 1
 
 
 def choose(
-    connection: sa.Connection,
+    connection: Connection,
     selection: Selection,
     order: str = "p",
     columns: Sequence[str] = (),
@@ -84,33 +82,34 @@ def choose(
     """
     keys = parse_order(order)
     if by_class:
-        keys = {_OF_CLASS.get(name, name): falls for name, falls in keys.items() if name != "element"}
-    by_words = not by_class and any(name in keys for name in _OF_WORDS)
+        renamed = {"representative" if name == "code" else name: falls for name, falls in keys.items()}
+        keys = {name: falls for name, falls in renamed.items() if name != "element"}
+    by_words = not by_class and any(name in keys for name in _BY_WORD)
     of_words = not is_of_classes(selection) or by_words
-    query = _classes(connection, selection, of_words, {} if by_words else keys, columns)
+    query, values = _classes(connection, selection, of_words, {} if by_words else keys, columns)
     sorted_far = order != "p" and (most or 0) > _FEW
     if most is not None and not (counted or by_words or sorted_far):
-        query = query.limit(min(most, _LARGEST))  # every class has at least one row
+        query += f" LIMIT {min(most, _LARGEST)}"  # every class has at least one row
+    own = ["mask", "symmetry"] if of_words else []
     with _answering(connection, selection, cancelled):
-        coded, *more = _arrays(connection, query, (*(["symmetry"] if of_words else []), *columns))
+        coded, *more = _arrays(connection, query, values, ("coded", *own, *columns))
     sizes = np.uint8(1) << (coded & 3).astype(np.uint8)
     masks = ((np.uint16(1) << sizes) - 1).astype(np.uint8)
     ids = np.right_shift(coded, 2, out=coded)
     elements = more.pop(0).astype(np.uint8) if of_words else masks
     if of_words:
-        stabilisers = np.array(
-            [STABILISER_OF.get(symmetry, 1) for symmetry in more.pop(0).tolist()], np.uint8
-        )
-        masks &= places_of_elements(elements, stabilisers)
+        stabilisers = [STABILISER_OF.get(symmetry, 1) for symmetry in more.pop(0).tolist()]
+        masks &= places_of_elements(elements, np.array(stabilisers, np.uint8))
     if by_class:
         masks = np.ones_like(masks)
     chosen = Chosen(selection, ids, masks, None, dict(zip(columns, more, strict=True)))
     if not by_words:
         return chosen
-    query = _words(connection, selection, keys).limit(_LARGEST if most is None else min(most, _LARGEST))
+    query, values = _words(connection, selection, keys)
+    query += f" LIMIT {_LARGEST if most is None else min(most, _LARGEST)}"
     with _answering(connection, selection, cancelled):
-        numbers, own = _arrays(connection, query)
-    return replace(chosen, rows=_rows(chosen, elements, numbers, own))
+        numbers, places = _arrays(connection, query, values, ("cycle", "element"))
+    return replace(chosen, rows=_rows(chosen, elements, numbers, places))
 
 
 def _rows(chosen: Chosen, elements: Masks, numbers: Integers, own: Integers) -> NDArray[np.uint32]:
@@ -125,158 +124,150 @@ def _rows(chosen: Chosen, elements: Masks, numbers: Integers, own: Integers) -> 
 
 
 def _answering(
-    connection: sa.Connection, selection: Selection, cancelled: Callable[[], bool]
+    connection: Connection, selection: Selection, cancelled: Callable[[], bool]
 ) -> AbstractContextManager[None]:
     """Return a context in which to query a subset; it confines the expression of the subset, if any."""
     if selection.where is not None:
-        return watched(driver(connection), Patience(cancelled=cancelled), selection.where)
-    return nullcontext() if cancelled is never else watched(driver(connection), Patience(math.inf, cancelled))
+        return watched(connection, Patience(cancelled=cancelled), selection.where)
+    return nullcontext() if cancelled is never else watched(connection, Patience(math.inf, cancelled))
 
 
 def _classes(
-    connection: sa.Connection,
+    connection: Connection,
     selection: Selection,
     of_words: bool,
     keys: Mapping[str, bool],
     columns: Sequence[str],
-) -> sa.Select[Any]:
-    """Return the query for the classes in order: coded ids, then `columns`.
+) -> tuple[str, dict[str, Any]]:
+    """Return the query for the classes in order, and its values: coded ids, then `columns`.
 
     If the subset is `of_words`, the elements of the chosen words and the symmetry follow the coded ids.
     """
-    named = tuple(dict.fromkeys(["p", *columns, *keys]))
-    view = (catalogue if of_words else classes.alias(catalogue.name)).c
-    least = view.representative.label("least")
-    query = sa.select(_CODED.label("coded"), least, *(_of_class(view, name).label(name) for name in named))
-    rows = pruned_rows(selection.a).c
-    lone = sa.select((rows.id * 4).label("coded"), rows.code.label("least"), *(rows[name] for name in named))
+    names = dict.fromkeys(["p", *columns, *keys])
+    listed = [f"{_of_class(name, of_words)} AS {name}" for name in names]
+    lone, outputs, grouped = list(names), ["coded", *columns], ""
     if of_words:
-        mask: sa.ColumnElement[Any] = sa.func.sum(sa.literal_column("1 << element")).label("mask")
-        query = query.add_columns(mask, _SYMMETRY.label("own")).group_by(view.cycle)
-        lone = lone.add_columns(sa.literal(1).label("mask"), sa.null().label("own"))
-    source = _of_statuses(selection, query.where(*conditions_of(selection, view)), lone, rows)
-    outputs = [source.coded, *([source.mask, source.own] if of_words else []), *(source[n] for n in columns)]
-    return sa.select(*outputs).order_by(*_order_of_classes(source, keys, _is_mixed(connection, selection)))
+        listed += ["sum(1 << element) AS mask", "iif(class_size < 8, symmetry, '1') AS own"]
+        lone += ["1 AS mask", "NULL AS own"]
+        outputs[1:1] = ["mask", "own"]
+        grouped = "GROUP BY cycle"
+    view = "catalogue" if of_words else "class AS catalogue"
+    source, values = _from(selection, [_CODED, "representative AS least", *listed], view, lone, grouped)
+    ordered = _ordered(_order_of_classes(keys, _is_mixed(connection, selection)))
+    return f"SELECT {', '.join(outputs)} FROM ({source}){ordered}", values
 
 
-def _words(connection: sa.Connection, selection: Selection, keys: Mapping[str, bool]) -> sa.Select[Any]:
-    """Return the query for the words in order: the ids of their classes, and their own elements."""
-    view, rows = catalogue.c, pruned_rows(selection.a).c
-    names = tuple(dict.fromkeys(["p", "element", *keys]))
-    query = sa.select(
-        (view.cycle * 4).label("coded"), view.representative.label("least"), *(view[name] for name in names)
-    )
-    lone = sa.select((rows.id * 4).label("coded"), rows.code.label("least"), *(rows[name] for name in names))
-    source = _of_statuses(selection, query.where(*conditions_of(selection)), lone, rows)
-    order = _order_of_classes(source, keys, _is_mixed(connection, selection))
-    return sa.select(source.coded // 4, sa.func.coalesce(source.element, 0)).order_by(*order, source.element)
+def _words(
+    connection: Connection, selection: Selection, keys: Mapping[str, bool]
+) -> tuple[str, dict[str, Any]]:
+    """Return the query for the words in order, and its values: the ids of classes, and own elements."""
+    names = [*dict.fromkeys(["p", "element", *keys])]
+    listed = ["cycle * 4 AS coded", "representative AS least", *names]
+    source, values = _from(selection, listed, "catalogue", names)
+    order = [*_order_of_classes(keys, _is_mixed(connection, selection)), "element"]
+    return f"SELECT coded / 4, coalesce(element, 0) FROM ({source}){_ordered(order)}", values
 
 
-def _of_statuses(
-    selection: Selection,
-    stored: sa.Select[Any],
-    lone: sa.Select[Any],
-    rows: "sa.sql.base.ReadOnlyColumnCollection[str, Any]",
-) -> "sa.sql.base.ReadOnlyColumnCollection[str, Any]":
-    """Return the columns of the query for stored classes, for pruned words, or for both, by status."""
-    lone = lone.where(*conditions_of(selection, rows))
-    if selection.statuses == (Status.GEOMETRIC,):
-        return lone.subquery().c
-    return (sa.union_all(stored, lone) if Status.GEOMETRIC in selection.statuses else stored).subquery().c
+def _from(
+    selection: Selection, listed: Sequence[str], view: str, lone: Sequence[str], grouped: str = ""
+) -> tuple[str, dict[str, Any]]:
+    """Return the query for stored classes, for pruned words, or for both, by status; and its values.
+
+    The query lists the given columns of the view. Those of a pruned word are its id, its code, and `lone`.
+    """
+    where, values = condition_of(selection)
+    stored = f"SELECT {', '.join(listed)} FROM {view} WHERE {where} {grouped}"
+    columns = ["id * 4 AS coded", "code AS least", *lone]
+    pruned = f"SELECT {', '.join(columns)} FROM {PRUNED_ROWS} AS catalogue WHERE {where}"
+    if Status.GEOMETRIC not in selection.statuses:
+        return stored, values
+    return pruned if selection.statuses == (Status.GEOMETRIC,) else f"{stored} UNION ALL {pruned}", values
 
 
-def _is_mixed(connection: sa.Connection, selection: Selection) -> bool:
+def _is_mixed(connection: Connection, selection: Selection) -> bool:
     """Tell whether there may be words, pruned or long, whose ids do not increase with the period."""
-    long = sa.select(sa.exists().where(cycle.c.id >= LONG))
-    return Status.GEOMETRIC in selection.statuses or connection.scalar(long) or False
+    long = "SELECT EXISTS (SELECT 1 FROM cycle WHERE id >= ?)"
+    return Status.GEOMETRIC in selection.statuses or bool(connection.scalar(long, (LONG,)))
 
 
-def _order_of_classes(
-    rows: "sa.sql.base.ReadOnlyColumnCollection[str, Any]", keys: Mapping[str, bool], mixed: bool
-) -> list[sa.ColumnElement[Any]]:
+def _order_of_classes(keys: Mapping[str, bool], mixed: bool) -> list[str]:
     """Return the sort keys of classes in SQL; there are none for the natural order, which the views have.
 
     The rows have ``p``, ``least`` (the representative), ``coded`` (`_CODED`) and the columns in `keys`, each
     with whether its order is descending.
     """
-    natural: list[sa.ColumnElement[Any]] = [rows.coded]
+    natural = ["coded"]
     if mixed:
-        number = sa.func.abs(rows.coded)
-        natural = [rows.p, rows.coded < 0, sa.case((number >= 4 * LONG, rows.least)), number]
+        natural = ["p", "coded < 0", f"iif(abs(coded) >= {4 * LONG}, least, NULL)", "abs(coded)"]
         keys = keys or {"p": False}
     elif [*keys.items()][-1:] == [("p", False)]:
         keys = dict([*keys.items()][:-1])  # because ids increase with the period
     # NULL is SQLite's least value, so it comes last in descending orders anyway
-    sorting = [rows[name].desc() if falls else rows[name].asc().nulls_last() for name, falls in keys.items()]
+    sorting = [f"{name} DESC" if falls else f"{name} ASC NULLS LAST" for name, falls in keys.items()]
     return [*sorting, *natural] if keys else []
 
 
-def _column(view: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement[Any]:
-    """Return a column of a view, or NULL if the view does not have it."""
-    return view[name] if name in view else sa.null()
+def _ordered(terms: Sequence[str]) -> str:
+    return f" ORDER BY {', '.join(terms)}" if terms else ""
 
 
-def _of_class(view: sa.ColumnCollection[str, Any], name: str) -> sa.ColumnElement[Any]:
+def _of_class(name: str, of_words: bool) -> str:
     """Return a column of a class from either view; the area is that of the representative."""
-    if name == "area" and "element" in view:
-        return sa.case((view.element.in_(ODD), 0.0 - view.area), else_=view.area)
-    return _column(view, name)
+    if name == "area" and of_words:
+        return _AREA
+    return name if name in SHARED or (name in OF_CLASS and not of_words) else "NULL"
 
 
 def _arrays(
-    connection: sa.Connection, query: sa.Select[Any], columns: Sequence[str] = ()
+    connection: Connection, query: str, values: Mapping[str, Any], names: Sequence[str]
 ) -> list[NDArray[Any]]:
-    count = len(query.selected_columns) - len(columns)
-    parts: list[list[NDArray[Any]]] = []
-    cursor = cast(sqlite3.Cursor, connection.execute(query).cursor)
+    parts = [[_as_column(name, ()) for name in names]]
+    cursor = connection.execute(query, values)
     while rows_of_block := cursor.fetchmany(BLOCK):  # so that few objects are in memory at a time
-        remaining = zip(*rows_of_block, strict=True)
-        numbers = [np.array(values, np.int64) for _, values in zip(range(count), remaining, strict=False)]
-        parts.append(
-            numbers + [as_array(name, values) for name, values in zip(columns, remaining, strict=True)]
-        )
-    if not parts:
-        return [np.zeros(0, np.int64)] * count + [as_array(name, ()) for name in columns]
+        columns = zip(names, zip(*rows_of_block, strict=True), strict=True)
+        parts.append([_as_column(name, column) for name, column in columns])
     return [np.concatenate(column) for column in zip(*parts, strict=True)]
+
+
+def _as_column(name: str, values: Sequence[Any]) -> NDArray[Any]:
+    if name in ("coded", "mask", "cycle", "element"):
+        return np.array(values, np.int64)
+    return as_array(name, values)
 
 
 # where a word is among the rows
 
 
-def position_of(connection: sa.Connection, chosen: Chosen, word: str) -> int | None:
+def position_of(connection: Connection, chosen: Chosen, word: str) -> int | None:
     """Return the row number of a code in the subset, or None if it is not there."""
     if rules_of(word):
-        lone = connection.scalar(sa.select(pruned.c.id).where(pruned.c.p == len(word), pruned.c.word == word))
+        lone = connection.scalar("SELECT id FROM pruned WHERE p = ? AND word = ?", (len(word), word))
         return None if lone is None else chosen.position(lone, 0)
     representative = class_of(word).representative
     place = [*members(representative)].index(word)
-    return chosen.position(id_of_class(driver(connection), representative), place)
+    return chosen.position(id_of_class(connection, representative), place)
 
 
-def periods_of(connection: sa.Connection, ids: Integers) -> Integers:
+def periods_of(connection: Connection, ids: Integers) -> Integers:
     """Return the periods of classes and pruned words, shape (C,)."""
     periods = orders_of(ids)
     if (long := np.flatnonzero(periods > MAX_KEYED)).size:
-        stored = sa.select(cycle.c.id, cycle.c.p).where(cycle.c.id >= LONG)
-        lone = sa.select(pruned.c.id, pruned.c.p).where(pruned.c.id <= -LONG)
-        of_long = {row.id: row.p for row in connection.execute(stored.union_all(lone))}
+        both = (
+            f"SELECT id, p FROM cycle WHERE id >= {LONG} UNION SELECT id, p FROM pruned WHERE id <= -{LONG}"
+        )
+        of_long = dict(connection.execute(both))
         periods[long] = [of_long[number] for number in ids[long].tolist()]
     return periods
 
 
-def periods_without(connection: sa.Connection, ids: Integers, standings: Standings) -> list[int]:
-    """Return the distinct periods of the classes for which no births are stored."""
-    return np.unique(periods_of(connection, ids[standings.places == len(standings.cycles)])).tolist()
-
-
-def first_of_period(connection: sa.Connection, chosen: Chosen, p: int) -> int | None:
+def first_of_period(connection: Connection, chosen: Chosen, p: int) -> int | None:
     """Return the number of the first row with a given period, or None."""
     of_period = periods_of(connection, chosen.ids) == p
     return chosen.first(np.where(of_period, 0xFF, 0).astype(np.uint8))
 
 
 def first_beginning(
-    connection: sa.Connection, chosen: Chosen, code: str, cancelled: Callable[[], bool] = never
+    connection: Connection, chosen: Chosen, code: str, cancelled: Callable[[], bool] = never
 ) -> int | None:
     """Return the number of the first row whose code begins with the given symbols, or None."""
     where, begins = chosen.selection.where, f"code GLOB '{code}*'"
@@ -290,36 +281,48 @@ def first_beginning(
 # conditions and orders as SQL
 
 
-COLUMNS = tuple(catalogue.c.keys())
-"""The columns of the view ``catalogue``."""
-
 _ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
 
 
-def conditions_of(
-    selection: Selection, view: sa.ColumnCollection[str, Any] = catalogue.c
-) -> list[sa.ColumnElement[bool] | sa.TextClause]:
-    """Return a selection, with an expression that is checked, as conditions on a view with these columns."""
-    conditions: list[sa.ColumnElement[bool] | sa.TextClause] = [view.a == selection.a]
-    if selection.periods:
-        conditions.append(sa.or_(*(view.p.between(low, high) for low, high in selection.periods)))
-    if selection.statuses:
-        conditions.append(view.status.in_([status.value for status in selection.statuses]))
+def condition_of(selection: Selection) -> tuple[str, dict[str, Any]]:
+    """Return a selection as a condition on a view with the name ``catalogue``, and the values of its names.
+
+    The expression of the selection must have been checked (`is_of_classes`).
+    """
+    values: dict[str, Any] = {"_a": selection.a, **selection.parameters}
+
+    def bound(value: object) -> str:
+        name = f"_{len(values)}"
+        values[name] = value
+        return f":{name}"
+
+    statuses = ", ".join(f"'{status.value}'" for status in selection.statuses)
+    conditions = ["a = :_a", of_spans(selection.periods)]
+    if statuses:
+        conditions.append(f"status IN ({statuses})")
     if selection.time_reversal:
-        conditions.append(view.time_reversal == selection.time_reversal)
+        conditions.append(f"time_reversal = {bound(selection.time_reversal)}")
     if selection.symmetry:
-        conditions.append(view.symmetry == selection.symmetry)
-    conditions += [alive_at(view.cycle, a) for a in selection.exists]
-    has_life = sa.exists().where(change.c.cycle == view.cycle, change.c.number == 1)
-    conditions += [sa.and_(has_life, sa.not_(alive_at(view.cycle, a))) for a in selection.not_at]
+        conditions.append(f"symmetry = {bound(selection.symmetry)}")
+    conditions += [f"{_LIVES.format(a=bound(a))} > 0" for a in selection.exists]
+    conditions += [f"{_LIVES.format(a=bound(a))} <= 0" for a in selection.not_at]
     for name, (low, high) in selection.ranges.items():
-        conditions += [] if low is None else [view[name] >= low]
-        conditions += [] if high is None else [view[name] <= high]
+        conditions += [] if low is None else [f"{name} >= {bound(low)}"]
+        conditions += [] if high is None else [f"{name} <= {bound(high)}"]
     if selection.contains is not None:
-        conditions.append(sa.func.instr(view.code.concat(view.code), selection.contains) > 0)
+        conditions.append(f"instr(code || code, {bound(selection.contains)}) > 0")
     if selection.where is not None:
-        conditions.append(expression(selection.where, selection.parameters))
-    return conditions
+        conditions.append(f"(\n{selection.where}\n)")
+    return " AND ".join(conditions), values
+
+
+_LIVES = f"""(SELECT sum(CASE WHEN kind = '{BORN}' AND a + {NEAR} * error < {{a}} THEN 1
+    WHEN kind = '{DIED}' AND a - {NEAR} * error <= {{a}} THEN -1 ELSE 0 END)
+    FROM change WHERE change.cycle = catalogue.cycle)"""
+"""The births minus the deaths of a class up to an a, or NULL if no births are stored.
+
+A class does not count as an orbit if a is within the error of a birth or death, where the orbit may run
+exactly through a joint."""
 
 
 def is_of_classes(selection: Selection) -> bool:
@@ -331,25 +334,12 @@ def is_of_classes(selection: Selection) -> bool:
     return by_class and selection.contains is None
 
 
-def alive_at(number: sa.ColumnElement[int], a: float) -> sa.ColumnElement[bool]:
-    """Return the condition that a class, given by its id, is an orbit at a given a, from births and deaths.
-
-    A class does not count as an orbit if a is within the error of a birth or death, where the orbit may run
-    exactly through a joint.
-    """
-    reach = NEAR * change.c.error
-    begun = sa.and_(change.c.kind == BORN, change.c.a + reach < a)
-    ended = sa.and_(change.c.kind == DIED, change.c.a - reach <= a)
-    lives = sa.func.coalesce(sa.func.sum(sa.case((begun, 1), (ended, -1), else_=0)), 0)
-    return sa.select(lives).where(change.c.cycle == number).scalar_subquery() > 0
-
-
 def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:
     """Tell whether a subset, its columns or its order depends on births and deaths."""
     named = set(selection.ranges) | set(names) | set(parse_order(order))
     if selection.where is not None:
         named |= set(re.findall(r"\w+", selection.where.lower()))
-    return bool(selection.exists or selection.not_at or named & set(ENDS))
+    return bool(selection.exists or selection.not_at or named & {"born", "dies"})
 
 
 def parse_order(order: str) -> dict[str, bool]:

@@ -9,18 +9,18 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
-import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Integers, Masks, Places, Values
 from orbitdb.columns import kind_of
 from orbitdb.errors import AlteredError
-from orbitdb.store.schema import LONG, OF_WORD, SHARED
+from orbitdb.store.connection import Connection
+from orbitdb.store.schema import LONG, OF_CLASS, OF_WORD, PRUNED_ROWS, SHARED
 from orbitdb.store.selection import Selection, unknown_column
-from orbitdb.store.tables import classes, pruned_rows
 from orbitdb.store.where import CancelledError, never
 from orbitdb.symbols.symmetry import BITS_OF, ELEMENT_OF, STABILISER_OF, act_on_areas, image_coordinates
 from orbitdb.symbols.words import BITS, MAX_KEYED
@@ -129,9 +129,13 @@ def as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
     return np.array(values, np.float64 if kind_of(name) == "number" else object)
 
 
-def listed(ids: Integers) -> sa.Select[tuple[int]]:
-    """Return a subquery for ids that has only one parameter."""
-    return sa.select(sa.column("value")).select_from(sa.func.json_each(json.dumps(ids.tolist())))
+LISTED = "IN (SELECT value FROM json_each(:ids))"
+"""A condition that a column is one of the ids given by `as_list`."""
+
+
+def as_list(ids: Integers) -> str:
+    """Return ids as the single value ``:ids`` of `LISTED`."""
+    return json.dumps(ids.tolist())
 
 
 def orders_of(ids: Integers) -> Integers:
@@ -156,7 +160,7 @@ ROWS, _LONG_ROWS = 1 << 13, 16
 
 
 def blocks_of(
-    connection: sa.Connection, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
+    connection: Connection, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
 ) -> Iterator[list[Values]]:
     """Yield the named columns for rows first .. last - 1 of a subset, in blocks of rows.
 
@@ -186,7 +190,7 @@ def blocks_of(
 
 
 def rows_of(
-    connection: sa.Connection,
+    connection: Connection,
     chosen: Chosen,
     names: Sequence[str],
     first: int = 0,
@@ -207,21 +211,20 @@ def plain(column: Values) -> Sequence[Any]:
     return [value.tolist() if isinstance(value, np.ndarray) else value for value in column]
 
 
-def _classes(connection: sa.Connection, a: float, ids: Integers, wanted: Sequence[str]) -> list[Any]:
+def _classes(connection: Connection, a: float, ids: Integers, wanted: Sequence[str]) -> list[Any]:
     """Return the name and the values of each column that is needed, with classes in the order of ids."""
     shared = [name for name in wanted if name in SHARED or name in (COORDINATES, "rules", "area")]
     names = tuple(dict.fromkeys(["p", "representative", "words", "symmetry", *shared]))
+    of_class = [name if name in SHARED | OF_CLASS else "NULL" for name in names]
     rows: list[tuple[Any, ...]] = []
-    pruned = ids[ids < 0]
-    if len(pruned):
-        view = pruned_rows(a).c
-        query = sa.select(view.id, *(view[name] for name in names)).where(view.id.in_(listed(pruned)))
-        rows += sorted(connection.execute(query).cursor.fetchall())
-    if len(pruned) < len(ids):
-        of_view = [classes.c[name] if name in classes.c else sa.null() for name in names]
-        query = sa.select(classes.c.cycle, *of_view)
-        query = query.where(classes.c.a == a, classes.c.cycle.in_(listed(ids[len(pruned) :])))
-        rows += sorted(connection.execute(query).cursor.fetchall(), key=lambda row: row[0])
+    for number, listed, view, part in (
+        ("id", names, f"{PRUNED_ROWS} AS pruned", ids[ids < 0]),
+        ("cycle", of_class, "class", ids[ids >= 0]),
+    ):
+        if len(part):
+            query = f"SELECT {number}, {', '.join(listed)} FROM {view} WHERE a = :_a AND {number} {LISTED}"
+            read = connection.execute(query, {"_a": a, "ids": as_list(part)}).fetchall()
+            rows += sorted(read, key=itemgetter(0))
     numbers, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     if list(numbers) != ids.tolist():
         raise LookupError("rows are missing")

@@ -1,8 +1,7 @@
 """The schema of a catalogue as SQL: the tables from ``schema.sql``, and the views.
 
-New files are created with it, and `orbitdb.store.tables` derives SQLAlchemy's tables from it. A change of a
-table takes a new version, and a migration; the views need none, because every reading connection makes its
-own. This module does not use SQLAlchemy, whose import takes a quarter of a second.
+New files are created with it. A change of a table takes a new version, and a migration; the views need none,
+because every reading connection makes its own.
 
 `cycle` has one row per symmetry class, with everything that does not depend on a; `orbit` has one row per
 class and value of a. All tables are STRICT.
@@ -85,9 +84,6 @@ def _view(name: str, columns: dict[str, str], rows: str) -> str:
     return f"CREATE VIEW {name} AS\nSELECT {listed}\nFROM {rows}"
 
 
-LIFE = ("cycle", "p", "class_size", "word", "born", "born_error", "dies", "dies_error")
-"""The columns of the view `life`."""
-
 VIEWS = {
     "class": _view("class", SHARED | OF_CLASS, _CLASSES),
     "catalogue": _view(
@@ -115,6 +111,14 @@ WHERE change.kind = 'born'""",
 `class` has one row per class and value of a, `catalogue` one per word and value of a; both are ordered by a,
 class and element. `life` has one row per life of a class, from ``born`` (NULL for an orbit from a = 0 on) to
 ``dies`` (NULL if it never dies)."""
+
+
+_OWN = {"a": ":_a", "p": "p", "code": "word", "words": "word", "status": "'geometric'", "rules": "rules"}
+
+PRUNED_ROWS = "(SELECT id, {} FROM pruned)".format(
+    ", ".join(f"{_OWN.get(name, 'NULL')} AS {name}" for name in SHARED | OF_WORD | OF_CLASS)
+)
+"""A query for the geometrically pruned words at the a named ``:_a``, with the columns of both views."""
 
 
 # ids

@@ -4,21 +4,22 @@ SQLite itself reads the SQL. It runs on a connection that cannot write, may only
 is stopped after `SECONDS` or if it is no longer wanted.
 """
 
+import re
 import sqlite3
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
-import sqlalchemy as sa
-
-from orbitdb.store.codes import NAMES, Parameters, bound_names, check_words
-from orbitdb.store.connection import add_code, driver
-from orbitdb.store.schema import SHARED, TABLES, VIEWS
+from orbitdb.store.connection import Connection, add_code
+from orbitdb.store.schema import OF_WORD, SHARED, TABLES, VIEWS
 from orbitdb.store.selection import SelectionError
-from orbitdb.store.tables import catalogue
-from orbitdb.text import guess, line, shortened
+from orbitdb.symbols.words import SYMBOLS, least_rotation, primitive_root
+from orbitdb.text import guess, line, real, shortened
+
+Value = str | int | float
+Parameters = Mapping[str, Value]
 
 SECONDS = 60.0
 """Time limit in seconds for a statement, or for a query with a free expression."""
@@ -30,6 +31,8 @@ _STEPS_BETWEEN_SIGNALS = 1_000_000
 READABLE = (*VIEWS, *TABLES)
 """The views and tables, with the views first, which people use most."""
 
+_ONLY_READ = "it may only read, with a single SELECT"
+_COLUMNS = (*SHARED, *OF_WORD)
 _BLOCK = 2000
 _ALLOWED = {
     sqlite3.SQLITE_SELECT,
@@ -78,13 +81,13 @@ class Patience:
         """Tell SQLite whether the user's SQL may do this."""
         if action in _ALLOWED and name != "load_extension":
             return sqlite3.SQLITE_OK
-        self.reason = "it may only read"
+        self.reason = _ONLY_READ if name != "load_extension" else "it may not load extensions"
         return sqlite3.SQLITE_DENY
 
 
 @contextmanager
 def watched(
-    connection: sqlite3.Connection, patience: Patience, sql: str | None = None, what: str = "where"
+    connection: Connection, patience: Patience, sql: str | None = None, what: str = "where"
 ) -> Iterator[None]:
     """Run a query under a time limit; with `sql`, written by a user, let it only read.
 
@@ -92,24 +95,24 @@ def watched(
     the query is cancelled, `KeyboardInterrupt` on Ctrl-C, and a `SelectionError` about the `sql` for any
     other error.
     """
+    connection.refused = ""
     connection.set_progress_handler(patience.look, STEPS_BETWEEN_LOOKS)
     if sql is not None:
         connection.set_authorizer(patience.authorize)
     try:
         yield
-    except (sa.exc.DBAPIError, sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
+    except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
         if patience.was_cancelled:
             raise CancelledError from error
-        message = str(getattr(error, "orig", error))
-        if not patience.reason and any(part in message for part in _STOPPED):
+        reason = patience.reason or connection.refused
+        if not reason and any(part in str(error) for part in _STOPPED):
             raise KeyboardInterrupt from error
         if sql is None or isinstance(error, SelectionError):
             raise
-        raise SelectionError(_refusal(sql, patience.reason or message, what)) from error
+        raise SelectionError(_refusal(sql, reason or str(error), what)) from error
     finally:
-        with suppress(sqlite3.ProgrammingError):  # SQLAlchemy closes a connection on Ctrl-C
-            connection.set_authorizer(None)
-            connection.set_progress_handler(never, _STEPS_BETWEEN_SIGNALS)
+        connection.set_authorizer(None)
+        connection.set_progress_handler(never, _STEPS_BETWEEN_SIGNALS)
 
 
 # expressions
@@ -137,7 +140,7 @@ def of_classes(where: str, parameters: Parameters) -> bool:
     def note(action: int, table: str | None, column: str | None, *names: str | None) -> int:
         nonlocal queries
         queries += action == sqlite3.SQLITE_SELECT
-        if action == sqlite3.SQLITE_READ and table == catalogue.name:
+        if action == sqlite3.SQLITE_READ and table == "catalogue":
             columns.add(column)
         return patience.authorize(action, table, column, *names)
 
@@ -146,34 +149,21 @@ def of_classes(where: str, parameters: Parameters) -> bool:
         for text in (where, f"(\n{where}\n)"):  # the first refuses a bracket too many
             queries = 0
             stage.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {text}", dict(parameters))
-        _check_names(where, parameters)
-    check_words(where, parameters)
+    _check_words(where, parameters)
     return columns <= _OF_CLASSES and queries == 1
-
-
-def expression(where: str, parameters: Parameters) -> sa.TextClause:
-    """Return an expression as an SQL clause, bound to its named values."""
-    text = NAMES.sub(lambda name: name[0] if name[1] in parameters else name[0].replace(":", "\\:"), where)
-    return sa.text(f"(\n{text}\n)").bindparams(**parameters)
-
-
-def _check_names(sql: str, parameters: Parameters) -> None:
-    """Raise `ValueError` unless the names in SQL are those of the values."""
-    if idle := parameters.keys() - set(bound_names(sql)):
-        raise ValueError(f"it has no :{', :'.join(sorted(idle))}: leave out its value")
 
 
 _kept = threading.local()
 
 
-def _stage() -> sqlite3.Connection:
+def _stage() -> Connection:
     """Return an empty database, in which a table stands in for the view ``catalogue``."""
-    stage: sqlite3.Connection | None = getattr(_kept, "stage", None)
+    stage: Connection | None = getattr(_kept, "stage", None)
     if stage is None:
-        stage = sqlite3.connect(":memory:")
-        for text in (*TABLES.values(), *(text for name, text in VIEWS.items() if name != catalogue.name)):
+        stage = sqlite3.connect(":memory:", factory=Connection)
+        for text in (*TABLES.values(), *(text for name, text in VIEWS.items() if name != "catalogue")):
             stage.execute(text)
-        columns = ", ".join(catalogue.c.keys())
+        columns = ", ".join(_COLUMNS)
         stage.execute(f"CREATE TABLE catalogue ({columns}, PRIMARY KEY (a, p, code)) WITHOUT ROWID")
         add_code(stage)
         _kept.stage = stage
@@ -184,18 +174,17 @@ def _stage() -> sqlite3.Connection:
 
 
 def run_statement(
-    connection: sa.Connection, statement: str, parameters: Parameters
+    connection: Connection, statement: str, parameters: Parameters
 ) -> tuple[tuple[str, ...], Iterator[tuple[Any, ...]]]:
     """Run a SELECT; return the names of its columns, and an iterator over its rows.
 
     Raises `SelectionError` if the statement is not a single SELECT, gives two columns the same name, or takes
     too long.
     """
-    patience, own = Patience(), driver(connection)
-    check_words(statement, parameters)
-    with watched(own, patience, statement, "sql"):
-        _check_names(statement, parameters)
-        cursor = own.execute(statement, dict(parameters))
+    patience = Patience()
+    _check_words(statement, parameters)
+    with watched(connection, patience, statement, "sql"):
+        cursor = connection.execute(statement, dict(parameters))
         if cursor.description is None:
             raise ValueError("write a single SELECT")
     names = tuple(column for column, *_ in cursor.description)
@@ -203,11 +192,11 @@ def run_statement(
         raise SelectionError(
             _refusal(statement, f"column {twice[0]!r} occurs twice: rename one of them with AS", "sql")
         )
-    return names, _fetched(own, statement, cursor, patience)
+    return names, _fetched(connection, statement, cursor, patience)
 
 
 def _fetched(
-    connection: sqlite3.Connection, statement: str, cursor: sqlite3.Cursor, patience: Patience
+    connection: Connection, statement: str, cursor: sqlite3.Cursor, patience: Patience
 ) -> Iterator[tuple[Any, ...]]:
     while True:
         with watched(connection, patience, statement, "sql"):
@@ -227,10 +216,109 @@ def _refusal(sql: str, message: str, what: str) -> str:
         message = f"{message}: {guess(name, READABLE)}it can read {', '.join(READABLE)}"
     elif "no such column" in message:
         name = message.split()[-1]
-        where_from = "only catalogue has it; " if name in catalogue.c else guess(name, catalogue.c.keys())
+        where_from = "only catalogue has it; " if name in _COLUMNS else guess(name, _COLUMNS)
         message = f"{message}; {where_from}'orbitdb columns' lists all columns"
     elif "binding" in message.lower():
         message = f"{message.rstrip('.')}: give each :name a value, with -P name=value or in parameters"
-    elif message == "it may only read":
-        message = "it may only read, with a single SELECT"
     return line(f"{what} {shortened(sql, 200)!r}: {message}")
+
+
+# words in SQL
+
+
+_QUOTED = r"'(?:[^']|'')*'"
+_ITEM = rf"(?:{_QUOTED}|:\w+|[+-]?\.?\w[\w.]*)"
+_LISTED = rf"\(?\s*{_ITEM}(?:\s*,\s*{_ITEM})*"
+_SIGN = r"(?:[=<>!]{1,2}|\b(?:is|not|like|glob|in|between)\b)"
+_COLUMN = r'(?:\b|")(?:code|representative)\b"?(?!\s*\()'
+_CALL = rf"\bcode\s*\(\s*({_ITEM})\s*\)"
+
+_COMPARED = re.compile(
+    rf"{_COLUMN}\s*(?:{_SIGN}\s*)+(?!\s*\(?\s*code\s*\()(?P<right>{_LISTED})"
+    rf"|(?P<left>{_ITEM})\s*(?:{_SIGN}\s*)+{_COLUMN}|{_QUOTED}",
+    re.IGNORECASE,
+)
+_CALLED = re.compile(rf"{_CALL}|{_QUOTED}", re.IGNORECASE)
+_CONDITION = re.compile(
+    rf"(?:^|\b(?:where|and|or|not|on|when|having)\b)[\s(]*(?:iif\s*\([^()]*,\s*)?{_CALL}(?:\s*,[^()]*)?[\s)]*"
+    r"(?:$|\b(?:and|or|then|group|order|limit)\b)",
+    re.IGNORECASE,
+)
+"""A call that is not compared with anything, which is not a condition; SQLite would take it as true."""
+
+_BETWEEN = re.compile(r"\bbetween\b(?:(?!\band\b).)*$", re.IGNORECASE | re.DOTALL)
+_LARGEST_INTEGER = 2**63
+
+
+def bound_names(sql: str) -> list[str]:
+    """Return the names (``:name``) in SQL, outside quotes."""
+    return [match[1] for match in re.finditer(rf"{_QUOTED}|(?<!:):([A-Za-z_]\w*)", sql) if match[1]]
+
+
+def _check_words(sql: str, parameters: Parameters) -> None:
+    """Raise `SelectionError` if SQL compares a code with a number, or a call of ``code()`` with nothing."""
+    for item in _compared(sql):
+        value = parameters.get(item[1:]) if item.startswith(":") else None
+        if isinstance(value, int | float):
+            raise SelectionError(f"{item} is the number {value}, but codes are texts: give it as '{value}'")
+        if re.fullmatch(r"[+-]?\.?[0-9][\w.]*", item):
+            raise SelectionError(f"codes are texts, so write words in quotes: '{item}', not {item}")
+    for bare in _CONDITION.finditer(sql):
+        if not _BETWEEN.search(sql, 0, bare.start()):
+            raise SelectionError(f"code({bare[1]}) is a word, not a condition: write code = code({bare[1]})")
+
+
+def hint(sql: str) -> str | None:
+    """Return a hint if SQL compares a code with a word that is not a least rotation, else None."""
+    for item in _compared(sql):
+        word = item[1:-1]
+        if item.startswith("'") and word and set(word) <= set(SYMBOLS):
+            root = primitive_root(word)
+            if least_rotation(root) != word:
+                return f"no row has code = '{word}', as codes are least rotations: write code('{root}')"
+    return None
+
+
+def _compared(sql: str) -> list[str]:
+    """Return the quoted texts, names and numbers that are compared with a column of codes."""
+    beside = (match["right"] or match["left"] or "" for match in _COMPARED.finditer(sql))
+    return [item for text in beside for item in re.findall(_ITEM, text)]
+
+
+def parse_parameters(texts: Iterable[str], sql: str) -> dict[str, Value]:
+    """Read the values of names in SQL, such as ``cut=0.5`` or ``word=0103``.
+
+    A value in quotes is a text. Digits are a word if the name stands beside a code in the SQL, or if they are
+    not those of an integer; otherwise they are a number.
+
+    Raises
+    ------
+    SelectionError
+        If a text is not of the form ``name=value``, or the SQL does not have the name.
+    """
+    values = dict(_parameter(text, sql) for text in texts)
+    if idle := values.keys() - set(bound_names(sql)):
+        raise SelectionError(
+            f"{shortened(sql, 200)!r}: it has no :{', :'.join(sorted(idle))}: leave out its value"
+        )
+    return values
+
+
+def _parameter(text: str, sql: str) -> tuple[str, Value]:
+    name, sign, value = text.partition("=")
+    name, value = name.strip(), value.strip()
+    if not sign or not name.isidentifier():
+        raise SelectionError(f"-P {text!r}: write it as name=value")
+    if len(value) > 1 and value[0] == value[-1] and value[0] in "'\"":
+        return name, value[1:-1]
+    words = [*_compared(sql), *(match[1] for match in _CALLED.finditer(sql))]
+    is_word = f":{name}" in words or (len(value) > 1 and value[0] == "0")
+    try:
+        number: float = real(value)
+    except ValueError:
+        return name, value
+    if not re.fullmatch(r"[+-]?[0-9]+", value):
+        return name, number
+    if abs(number) >= _LARGEST_INTEGER or (is_word and value.isdigit()):
+        return name, value
+    return name, int(value)

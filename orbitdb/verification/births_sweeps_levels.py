@@ -11,14 +11,13 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import partial
 from itertools import groupby
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb.answers.levels import stored_levels
-from orbitdb.arrays import Floats, Marks, Words
+from orbitdb.arrays import Floats, Integers, Marks, Words
 from orbitdb.averages.by_period import PeriodSums
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stadium import MAX_A, MIN_A, Stadium
@@ -29,13 +28,12 @@ from orbitdb.orbits.newton import newton, solve
 from orbitdb.orbits.status import Status
 from orbitdb.quantum.levels import ROUNDING, windows
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.file import Moment
+from orbitdb.store.connection import Connection, Moment
 from orbitdb.store.fills import Sweep, read_sweeps
 from orbitdb.store.lives import BirthFill, counts_at, read_birth_fills
-from orbitdb.store.rows import listed as subquery
+from orbitdb.store.rows import LISTED, as_list
 from orbitdb.store.schema import BORN, DIED, DONE
 from orbitdb.store.selection import Selection
-from orbitdb.store.tables import change, cycle, level_fill
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
@@ -71,14 +69,14 @@ BLOCK = 1000
 """Number of classes to prove at once, which takes a few hundred megabytes."""
 
 
-def whole_births(connection: sa.Connection, selections: Sequence[Selection] = ()) -> list[BirthFill]:
+def whole_births(connection: Connection, selections: Sequence[Selection] = ()) -> list[BirthFill]:
     """Return the periods with complete births that are chosen at some a, or all without selections."""
     return [
         births for births in read_birth_fills(connection) if births.whole and is_chosen(births.p, selections)
     ]
 
 
-def check_births(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
+def check_births(selections: Sequence[Selection], connection: Connection) -> Iterator[Check]:
     """Check complete births of the chosen periods, and the counts that follow from them at every filled a."""
     fills = [fill for fill in fill_rows(connection) if fill["state"] == DONE]
     for births in whole_births(connection, selections):
@@ -90,12 +88,24 @@ def check_births(selections: Sequence[Selection], connection: sa.Connection) -> 
                 yield single("births", label, _against_fill(connection, fill))
 
 
-def change_rows(connection: sa.Connection, p: int, *where: sa.ColumnElement[bool]) -> Sequence[sa.Row[Any]]:
-    """Return births and deaths of a period, sorted by class and number, with class sizes and words."""
-    query = sa.select(change, cycle.c.class_size, cycle.c.word).join_from(change, cycle)
-    return connection.execute(
-        query.where(cycle.c.p == p, *where).order_by(change.c.cycle, change.c.number)
-    ).all()
+class ChangeRow(NamedTuple):
+    """A stored birth or death, with the representative of its class."""
+
+    cycle: int
+    number: int
+    a: float
+    error: float
+    kind: str
+    word: str
+
+
+def change_rows(connection: Connection, p: int, ids: Integers | None = None) -> list[ChangeRow]:
+    """Return births and deaths of a period, or only those of some classes, by class and number."""
+    only = "" if ids is None else f"AND cycle {LISTED}"
+    query = f"""SELECT {", ".join(ChangeRow._fields)} FROM change JOIN cycle ON cycle.id = change.cycle
+        WHERE p = :p {only} ORDER BY cycle, number"""
+    values = {"p": p} if ids is None else {"p": p, "ids": as_list(ids)}
+    return [ChangeRow(*row) for row in connection.execute(query, values)]
 
 
 def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
@@ -114,36 +124,34 @@ def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
             yield shortened(own[0].word)
 
 
-def _wrong_counts(connection: sa.Connection, fill: BirthFill) -> Iterator[str]:
+def _wrong_counts(connection: Connection, fill: BirthFill) -> Iterator[str]:
     """Yield the wrong counts of a period; here SQLite counts, not the code that stored the counts."""
-    born, died = (sa.and_(change.c.a > 0, change.c.kind == kind) for kind in (BORN, DIED))
-    first, count = change.c.number == 1, sa.func.count
-    births = sa.case((born, change.c.a))
-    counts = {
-        "words": sa.func.sum(sa.case((first, cycle.c.class_size), else_=0)),
-        "classes": count(sa.distinct(change.c.cycle)),
-        "births": count(births),
-        "deaths": count(sa.distinct(sa.case((died, change.c.cycle)))),
-        "always": count(sa.case((change.c.a == 0, 1))),
-        "least": sa.func.min(births),
-        "largest": sa.func.max(births),
-    }
-    query = sa.select(*counts.values()).join_from(change, cycle).where(cycle.c.p == fill.p)
-    values = dict(zip(counts, connection.execute(query).one(), strict=True))
+    (values,) = connection.records(_COUNTS, {"p": fill.p, "born": BORN, "died": DIED})
     pairs = [("words", values.pop("words"), count_admissible(fill.p))]
     for name, stored, value in pairs + [(name, getattr(fill, name), value) for name, value in values.items()]:
         if stored != value:
             yield f"p = {fill.p}: {name} is {stored} instead of {value}"
 
 
-def _against_fill(connection: sa.Connection, fill: Mapping[str, Any]) -> Iterator[str]:
+_COUNTS = """\
+SELECT sum(iif(number = 1, class_size, 0)) AS words,
+       count(DISTINCT cycle) AS classes,
+       count(iif(kind = :born AND a > 0, 1, NULL)) AS births,
+       count(DISTINCT iif(kind = :died AND a > 0, cycle, NULL)) AS deaths,
+       count(iif(a = 0, 1, NULL)) AS always,
+       min(iif(kind = :born AND a > 0, a, NULL)) AS least,
+       max(iif(kind = :born AND a > 0, a, NULL)) AS largest
+FROM change JOIN cycle ON cycle.id = change.cycle WHERE p = :p"""
+
+
+def _against_fill(connection: Connection, fill: Mapping[str, Any]) -> Iterator[str]:
     tally = asdict(counts_at(connection, fill["a"], fill["p"]))
     for name, value in {"n_t": tally.pop("words"), **tally}.items():
         if value != fill[name]:
             yield f"{name} is {value} according to births"
 
 
-def prove_lives(connection: sa.Connection, periods: Iterable[BirthFill]) -> Iterator[Checked]:
+def prove_lives(connection: Connection, periods: Iterable[BirthFill]) -> Iterator[Checked]:
     """Prove, block by block, that no birth or death is missing in the given periods.
 
     Classes that are decided count as rows of the check ``lives``; classes whose cells become too small before
@@ -172,19 +180,19 @@ def _brackets(rows: Iterable[Any]) -> list[KnownChange]:
 
 
 def change_parts(
-    connection: sa.Connection, selections: Sequence[Selection], sample: int | None, rng: np.random.Generator
+    connection: Connection, selections: Sequence[Selection], sample: int | None, rng: np.random.Generator
 ) -> Iterator[Part]:
     """Yield parts that check the classes with births in the chosen periods, or a random sample of these."""
-    born = by_period(connection, only=np.array(connection.scalars(sa.select(change.c.cycle)).all(), np.int64))
+    classes = connection.execute("SELECT DISTINCT cycle FROM change").fetchall()
+    born = by_period(connection, only=np.array(classes, np.int64))
     chosen = [ids for p, ids in born.items() if is_chosen(p, selections)]
     drawn = sampled(np.concatenate([np.zeros(0, np.int64), *chosen]), sample, rng)
     return (block.part("births", _check_changes) for block in blocks(by_period(connection, only=drawn)))
 
 
-def _check_changes(block: Block, connection: sa.Connection) -> Iterator[Check]:
+def _check_changes(block: Block, connection: Connection) -> Iterator[Check]:
     """Check the status on both sides of each birth and death."""
-    here = change.c.cycle.in_(subquery(block.ids))
-    rows = change_rows(connection, block.p, here)
+    rows = change_rows(connection, block.p, block.ids)
     words = from_strings([row.word for row in rows])
     wrong = ~np.array([_is_possible(row) for row in rows])
     if not wrong.any():
@@ -222,7 +230,7 @@ def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
 def check_sweeps(moment: Moment, selections: Sequence[Selection]) -> Iterator[Check]:
     """Check the counts of every chosen whole period that has been swept, and the sums up to `SWEPT_ANEW`."""
     for selection in selections:
-        for sweep in read_sweeps(moment.connection, selection.a):
+        for sweep in read_sweeps(moment, selection.a):
             if sweep.whole and selection.includes(sweep.p):
                 label = f"p = {sweep.p} at a = {exact(selection.a)}"
                 yield single("sweeps", label, _wrong_tally(moment, sweep, selection.a))
@@ -234,11 +242,11 @@ def _wrong_tally(moment: Moment, sweep: Sweep, a: float) -> Iterator[str]:
     """Yield the counts that disagree with the transfer matrix, or with the fill or births of the period."""
     if sweep.tally.words != (total := count_admissible(sweep.p)):
         yield f"{sweep.tally.words} words instead of {total}"
-    for fill in fill_rows(moment.connection):
+    for fill in fill_rows(moment):
         if (fill["a"], fill["p"], fill["state"]) == (a, sweep.p, DONE):
             yield from _differing(sweep.tally, fill)
-    if sweep.p in {births.p for births in read_birth_fills(moment.connection) if births.whole}:
-        yield from _differing(sweep.tally, vars(counts_at(moment.connection, a, sweep.p)))
+    if sweep.p in {births.p for births in read_birth_fills(moment) if births.whole}:
+        yield from _differing(sweep.tally, vars(counts_at(moment, a, sweep.p)))
 
 
 def _differing(tally: Tally, other: Mapping[str, Any]) -> Iterator[str]:
@@ -281,14 +289,13 @@ def _solved(p: int, a: float) -> tuple[Tally, PeriodSums, float]:
     return tally, PeriodSums.of(rows, p), float(off)
 
 
-def level_parts(connection: sa.Connection) -> Iterator[Part]:
+def level_parts(connection: Connection) -> Iterator[Part]:
     """Yield parts that check the quantum levels of each parity at each a."""
-    stored = sa.select(level_fill.c.a, level_fill.c.parity).distinct()
-    for a, parity in sorted(map(tuple, connection.execute(stored))):
+    for a, parity in connection.execute("SELECT DISTINCT a, parity FROM level_fill ORDER BY a, parity"):
         yield Part(f"levels {parity} at a = {exact(a)}", partial(_levels, a, parity))
 
 
-def _levels(a: float, parity: str, connection: sa.Connection) -> Iterator[Check]:
+def _levels(a: float, parity: str, connection: Connection) -> Iterator[Check]:
     """Check the numbers of levels in and below each window and, if they are right, each level."""
     for stored in stored_levels(connection, a, Parity(parity)):
         tasks = windows(Stadium(stored.a), stored.parity, stored.low, stored.high)

@@ -7,16 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import sqlalchemy as sa
 
 from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.errors import AlteredError
 from orbitdb.orbits.status import NUMBERS, Orbits
 from orbitdb.store import query
+from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
-from orbitdb.store.rows import listed as subquery
+from orbitdb.store.rows import LISTED, as_list
 from orbitdb.store.selection import Selection
-from orbitdb.store.tables import cycle, orbit, stadium
 from orbitdb.symbols.words import from_strings
 from orbitdb.text import shortened
 
@@ -133,11 +132,11 @@ class Part:
     """
 
     stage: str
-    find: Callable[[sa.Connection], Iterable[Check]]
+    find: Callable[[Connection], Iterable[Check]]
     done: int = 0
     total: int = 1
 
-    def checked(self, connection: sa.Connection) -> Checked:
+    def checked(self, connection: Connection) -> Checked:
         """Check the part; a value that cannot be read ends the part, and fails the check ``file``."""
         checks: list[Check] = []
         try:
@@ -151,7 +150,7 @@ class Part:
 def checked_apart(path: Path, part: Part) -> Checked:
     """Check a part in the file as it is now, which is safe because the rows of a class never change."""
     with reading(path) as moment:
-        return part.checked(moment.connection)
+        return part.checked(moment)
 
 
 Ids = dict[int, Integers]
@@ -175,7 +174,7 @@ class Block:
     done: int
     total: int
 
-    def part(self, stage: str, find: Callable[["Block", sa.Connection], Iterable[Check]]) -> Part:
+    def part(self, stage: str, find: Callable[["Block", Connection], Iterable[Check]]) -> Part:
         """Return the block as a part that `find` checks."""
         return Part(f"{stage}, p = {self.p}", partial(find, self), self.done, self.total)
 
@@ -196,10 +195,10 @@ def is_chosen(p: int, selections: Sequence[Selection]) -> bool:
     return not selections or any(selection.includes(p) for selection in selections)
 
 
-def by_period(connection: sa.Connection, table: sa.Table = cycle, only: Integers | None = None) -> Ids:
+def by_period(connection: Connection, table: str = "cycle", only: Integers | None = None) -> Ids:
     """Return the ids in `cycle` or `pruned`, or only the given ones, by period."""
-    query = sa.select(table.c.id, table.c.p).order_by(table.c.id)
-    rows = np.array(connection.execute(query).cursor.fetchall(), np.int64).reshape(-1, 2)
+    query = f"SELECT id, p FROM {table} ORDER BY id"
+    rows = np.array(connection.execute(query).fetchall(), np.int64).reshape(-1, 2)
     ids, periods = (rows if only is None else rows[np.isin(rows[:, 0], only)]).T
     return {p: ids[periods == p] for p in np.unique(periods).tolist()}
 
@@ -212,31 +211,28 @@ def sampled(ids: Integers, sample: int | None, rng: np.random.Generator) -> Inte
 
 
 def sampled_classes(
-    connection: sa.Connection, selection: Selection, sample: int | None, rng: np.random.Generator
+    connection: Connection, selection: Selection, sample: int | None, rng: np.random.Generator
 ) -> Ids:
     """Return the ids of the chosen classes, or of a random sample of them, by period."""
     ids = query.choose(connection, selection).ids
     return by_period(connection, only=sampled(np.sort(ids[ids > 0]), sample, rng))
 
 
-def stadium_id(connection: sa.Connection, a: float) -> int | None:
+def stadium_id(connection: Connection, a: float) -> int | None:
     """Return the id of the stadium with a given a, or None."""
-    return connection.scalar(sa.select(stadium.c.id).where(stadium.c.a == a))
+    number: int | None = connection.scalar("SELECT id FROM stadium WHERE a = ?", (a,))
+    return number
 
 
-def stored_orbits(connection: sa.Connection, number: int, block: Block) -> tuple[Integers, Orbits]:
+def stored_orbits(connection: Connection, number: int, block: Block) -> tuple[Integers, Orbits]:
     """Return the ids of the classes of a block that have a row at a stadium, and these rows, as stored.
 
     Numbers and coordinates that are missing are NaN.
     """
     names = ("cycle", "status", "coordinates", "iterations", *NUMBERS)
-    query = (
-        sa.select(cycle.c.word, *(orbit.c[name] for name in names))
-        .join(cycle, cycle.c.id == orbit.c.cycle)
-        .where(orbit.c.stadium == number, orbit.c.cycle.in_(subquery(block.ids)))
-        .order_by(orbit.c.cycle)
-    )
-    rows = connection.execute(query).cursor.fetchall()
+    query = f"""SELECT word, {", ".join(names)} FROM orbit JOIN cycle ON cycle.id = orbit.cycle
+        WHERE stadium = :stadium AND cycle {LISTED} ORDER BY cycle"""
+    rows = connection.execute(query, {"stadium": number, "ids": as_list(block.ids)}).fetchall()
     words, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     values: dict[str, Sequence[Any]] = dict(zip(names, columns, strict=True))
     blank = np.full(block.p, np.nan, dtype="<f8").tobytes()

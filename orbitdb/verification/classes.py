@@ -11,13 +11,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import sqlalchemy as sa
 
+from orbitdb.store.connection import Connection
 from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
-from orbitdb.store.rows import listed as subquery
-from orbitdb.store.schema import DONE, LONG
+from orbitdb.store.rows import LISTED, as_list
+from orbitdb.store.schema import DONE, LONG, TABLES
 from orbitdb.store.selection import Selection
-from orbitdb.store.tables import birth_fill, cycle, fill, metadata, pruned, stadium
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.pruning import FAMILY, count_admissible, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import joined_members, joined_words
@@ -49,22 +48,19 @@ def file_parts(selections: Sequence[Selection]) -> list[Part]:
     return [Part("file", _file), Part("counts", partial(_counts, selections))]
 
 
-def _file(connection: sa.Connection) -> Iterator[Check]:
-    rows = sum(
-        connection.scalar(sa.select(sa.func.count()).select_from(table)) or 0
-        for table in metadata.sorted_tables
-    )
-    dangling = connection.exec_driver_sql("PRAGMA foreign_key_check").all()
+def _file(connection: Connection) -> Iterator[Check]:
+    rows = sum(connection.scalar(f"SELECT count(*) FROM {table}") for table in TABLES)
+    dangling = connection.execute("PRAGMA foreign_key_check")
     faults = [f"a row of {child} refers to a missing row of {parent}" for child, _, parent, _ in dangling]
-    answer = str(connection.exec_driver_sql("PRAGMA integrity_check").scalar())
+    answer = str(connection.scalar("PRAGMA integrity_check"))
     yield listed("file", rows, faults if answer == "ok" else [answer, *faults])
 
 
-def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Iterator[Check]:
+def _counts(selections: Sequence[Selection], connection: Connection) -> Iterator[Check]:
     """Check the words of whole periods against the transfer matrix, and all counts against the rows."""
     fills = fill_rows(connection)
-    births = list(map(dict, connection.execute(sa.select(birth_fill)).mappings()))
-    sizes = sa.select(cycle.c.p, sa.func.count(), sa.func.sum(cycle.c.class_size)).group_by(cycle.c.p)
+    births = list(connection.records("SELECT * FROM birth_fill"))
+    sizes = "SELECT p, count(*), sum(class_size) FROM cycle GROUP BY p"
     stored: dict[int, tuple[int, int]] = defaultdict(lambda: (0, 0))
     stored |= {p: (classes, words) for p, classes, words in connection.execute(sizes)}
     whole = {row["p"] for row in (*fills, *births) if row["state"] == DONE}
@@ -85,10 +81,10 @@ def _counts(selections: Sequence[Selection], connection: sa.Connection) -> Itera
             yield single("births", f"p = {row['p']}", _wrong_cursor(connection, row, None))
 
 
-def fill_rows(connection: sa.Connection) -> list[dict[str, Any]]:
+def fill_rows(connection: Connection) -> list[dict[str, Any]]:
     """Return the rows of `fill`, each with its value of a."""
-    query = sa.select(fill, stadium.c.a).join(stadium).order_by(stadium.c.a, fill.c.p)
-    return [dict(row) for row in connection.execute(query).mappings()]
+    query = "SELECT * FROM fill JOIN stadium ON stadium.id = fill.stadium ORDER BY a, p"
+    return list(connection.records(query))
 
 
 def _words_of(p: int, words: int, whole: bool) -> Check:
@@ -111,7 +107,7 @@ def _wrong_counts(
         yield f"{solved} of {classes} classes have a row"
 
 
-def _wrong_cursor(connection: sa.Connection, row: Mapping[str, Any], number: int | None) -> Iterator[str]:
+def _wrong_cursor(connection: Connection, row: Mapping[str, Any], number: int | None) -> Iterator[str]:
     """Yield the fault of an unfinished period, of which all words up to the cursor must be stored."""
     cursor, p = row["cursor"], row["p"]
     words = 0 if cursor is None else words_up_to(connection, number, p, cursor)
@@ -119,19 +115,18 @@ def _wrong_cursor(connection: sa.Connection, row: Mapping[str, Any], number: int
         yield f"{words} words up to {cursor} instead of {row['words']}"
 
 
-def class_parts(connection: sa.Connection, selections: Sequence[Selection]) -> Iterator[Part]:
+def class_parts(connection: Connection, selections: Sequence[Selection]) -> Iterator[Part]:
     """Yield parts that check the classes and pruned words of the chosen periods, or of all periods."""
-    for table in (cycle, pruned):
+    for table in ("cycle", "pruned"):
         ids = by_period(connection, table)
         for block in blocks({p: of_period for p, of_period in ids.items() if is_chosen(p, selections)}):
-            yield block.part("classes", partial(_compared, table is pruned))
+            yield block.part("classes", partial(_compared, table == "pruned"))
 
 
-def _compared(of_pruned: bool, block: Block, connection: sa.Connection) -> Iterator[Check]:
+def _compared(of_pruned: bool, block: Block, connection: Connection) -> Iterator[Check]:
     """Check rows of `cycle` or `pruned` against the values that follow from their words."""
-    table = pruned if of_pruned else cycle
-    query = sa.select(table).where(table.c.id.in_(subquery(block.ids)))
-    rows = list(connection.execute(query).cursor.fetchall())
+    query = f"SELECT * FROM {'pruned' if of_pruned else 'cycle'} WHERE id {LISTED}"
+    rows = connection.execute(query, {"ids": as_list(block.ids)}).fetchall()
     words = [row[2] for row in rows]
     symbols = from_strings(words)
     broken, primitive = rules_broken(symbols), are_primitive(symbols)

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from orbitdb import __version__
@@ -30,7 +29,6 @@ from orbitdb.orbits.newton import certificates, newton, solve_admissible
 from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits, Status
 from orbitdb.store.file import Reader
 from orbitdb.store.selection import Selection
-from orbitdb.store.tables import certificate
 from orbitdb.store.writing import Writer, replace_certificates
 from orbitdb.symbols.words import to_strings
 from orbitdb.text import exact
@@ -343,18 +341,17 @@ def certify(path: Path, selection: Selection, sample: int | None = None, seed: i
     place = f"at a = {exact(selection.a)}"
     source = Reader(path)
     with source.moment() as moment:
-        connection = moment.connection
-        number = stadium_id(connection, selection.a)
+        number = stadium_id(moment, selection.a)
         if number is None:
             return
-        chosen = sampled_classes(connection, selection, sample, np.random.default_rng(seed))
-        proved = sa.select(certificate.c.cycle).where(certificate.c.stadium == number)
-        known = np.array(connection.scalars(proved).all(), np.int64)
+        chosen = sampled_classes(moment, selection, sample, np.random.default_rng(seed))
+        proved = moment.execute("SELECT cycle FROM certificate WHERE stadium = ?", (number,))
+        known = np.array(proved.fetchall(), np.int64)
     todo = {p: np.setdiff1d(ids, known) for p, ids in chosen.items()}
     with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
         for block in blocks(todo, _BATCH):
             with source.moment() as moment:
-                ids, stored = stored_orbits(moment.connection, number, block)
+                ids, stored = stored_orbits(moment, number, block)
             check, proofs = _prove_block(ids, stored, Stadium(selection.a))
             with writer.writing() as connection:
                 replace_certificates(writer, connection, number, block.ids.tolist(), proofs, __version__)

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import sqlalchemy as sa
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import AlteredError, InputError
@@ -22,11 +21,11 @@ from orbitdb.extras import data_frame
 from orbitdb.filling.workers import at_work
 from orbitdb.orbits.status import EXISTING
 from orbitdb.progress import Tell
-from orbitdb.store.connection import need_place, place
-from orbitdb.store.file import Moment, reading
+from orbitdb.store.connection import Connection, Moment
+from orbitdb.store.file import reading
 from orbitdb.store.fills import read_fills
+from orbitdb.store.paths import need_place, place
 from orbitdb.store.selection import Selection
-from orbitdb.store.tables import entropy_bound, level_fill, stadium
 from orbitdb.text import exact, several
 from orbitdb.verification.births_sweeps_levels import (
     change_parts,
@@ -125,30 +124,29 @@ def verify(
         After every block of rows, so that memory is bounded.
     """
     rng = np.random.default_rng(seed)
-    connection = moment.connection
-    classes = {s.a: sampled_classes(connection, s, sample, rng) for s in selections}
+    classes = {s.a: sampled_classes(moment, s, sample, rng) for s in selections}
     parts = chain(
         file_parts(selections),
-        class_parts(connection, selections),
+        class_parts(moment, selections),
         (
             block.part(f"orbits at a = {exact(a)}", partial(_orbits, a, restarts, seed))
             for a, ids in classes.items()
             for block in blocks(ids)
         ),
-        change_parts(connection, selections, sample, rng),
-        level_parts(connection),
+        change_parts(moment, selections, sample, rng),
+        level_parts(moment),
     )
     if workers is None:
-        yield from (part.checked(connection) for part in parts)
+        yield from (part.checked(moment) for part in parts)
     else:
         yield from workers.solved(partial(checked_apart, moment.path, part) for part in parts)
-    yield Part("births", partial(check_births, selections)).checked(connection)
+    yield Part("births", partial(check_births, selections)).checked(moment)
     if missing_births:
-        yield from prove_lives(connection, whole_births(connection, selections))
-    yield Part("sweeps", lambda _: check_sweeps(moment, selections)).checked(connection)
+        yield from prove_lives(moment, whole_births(moment, selections))
+    yield Part("sweeps", lambda _: check_sweeps(moment, selections)).checked(moment)
 
 
-def _orbits(a: float, restarts: int, seed: int, block: Block, connection: sa.Connection) -> Iterator[Check]:
+def _orbits(a: float, restarts: int, seed: int, block: Block, connection: Connection) -> Iterator[Check]:
     """Check the rows of a block at a given a."""
     number = stadium_id(connection, a)
     if number is None:
@@ -170,8 +168,8 @@ def _orbits(a: float, restarts: int, seed: int, block: Block, connection: sa.Con
 
 def is_known(moment: Moment, a: float) -> bool:
     """Tell whether anything is stored for this a: rows, sums, averages, bounds or levels."""
-    tables = (stadium, entropy_bound, level_fill)
-    return any(moment.connection.scalar(sa.select(sa.exists().where(table.c.a == a))) for table in tables)
+    tables = ("stadium", "entropy_bound", "level_fill")
+    return any(moment.scalar(f"SELECT 1 FROM {table} WHERE a = ?", (a,)) for table in tables)
 
 
 _STARTS_A_SECOND = 800_000
@@ -246,7 +244,7 @@ def verification_steps(
     with reading(path) as moment:
         known = 0
         with suppress(AlteredError):  # the verification itself reports it
-            fills = ((each, fill) for each in selections for fill in read_fills(moment.connection, each.a))
+            fills = ((each, fill) for each in selections for fill in read_fills(moment, each.a))
             known = sum(fill.words for each, fill in fills if each.includes(fill.p))
         checked = known if sample is None else min(sample, known)
         with at_work((4 + restarts) * checked / _STARTS_A_SECOND, jobs) as workers:

@@ -36,8 +36,8 @@ def test_every_column_of_every_command_is_explained(cli):
     from orbitdb.quantum.length_spectrum import COLUMNS as SPECTRUM_KEYS
     from orbitdb.quantum.length_spectrum import TERMS
     from orbitdb.quantum.level_statistics import Statistics
+    from orbitdb.store.lives import Life
     from orbitdb.store.query import COLUMNS
-    from orbitdb.store.schema import LIFE
 
     quantum = {
         *LEVEL_KEYS,
@@ -51,7 +51,7 @@ def test_every_column_of_every_command_is_explained(cli):
         *Scar._fields,
     }
     told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
-    at_one_a = {*TABLE, *BOUNDS, *SIMULATED, "groups", *LIFE, "proof", "number"}
+    at_one_a = {*TABLE, *BOUNDS, *SIMULATED, "groups", *Life.__dataclass_fields__, "proof", "number"}
     assert set(told) == {*COLUMNS, *OF_A_WORD, *BOUNCE_COLUMNS, *SHADOWED, *LENGTH_KEYS, *quantum, *at_one_a}
     assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")
     bounds = {row["bound"] for row in told.values() if row["bound"].endswith("error")}

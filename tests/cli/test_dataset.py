@@ -17,7 +17,6 @@ from processes import small_blocks, start
 
 from orbitdb import Catalogue, Selection, __version__
 from orbitdb.answers.dataset import write_dataset
-from orbitdb.store.connection import driver
 from orbitdb.store.file import reading
 from orbitdb.store.lookup import a_values
 
@@ -41,7 +40,7 @@ def written(known):
     """A dataset of the entire catalogue."""
     made = Path(known).with_name("data")
     with reading(known) as moment:
-        write_dataset(moment, made, [Selection(a) for a in a_values(driver(moment.connection))])
+        write_dataset(moment, made, [Selection(a) for a in a_values(moment)])
     return made
 
 

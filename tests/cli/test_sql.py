@@ -99,7 +99,7 @@ def test_a_word_is_found_in_any_rotation_or_refused(varied, cli):
     missed = cli("sql", f"{counted} code = '310'", "--format", "csv", "--db", str(varied))
     assert missed.out == "n\n0\n"
     assert missed.err == "no row has code = '310', as codes are least rotations: write code('310')\n"
-    assert "symbol '9'" in cli("sql", f"{counted} code('19')", "--db", str(varied)).err
+    assert "symbol '9'" in cli("sql", f"{counted} code = code('19')", "--db", str(varied)).err
 
 
 def test_a_blob_is_shown_in_hexadecimal(varied, cli):

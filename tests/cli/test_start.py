@@ -22,7 +22,7 @@ LIGHTEST_FIRST = {
     "columns": "numpy",
     "query 1232131 -c code,length": "",
     "query 1232131": "orbitdb.orbits.births orbitdb.orbits.newton",
-    "table": "sqlalchemy asyncio orbitdb.averages orbitdb.averages.sum_rules orbitdb.entropy.bounds",
+    "table": "asyncio orbitdb.averages orbitdb.averages.sum_rules orbitdb.entropy.bounds",
     "query --p 3": "",
     "lyapunov": "",
     "births --p 2": "multiprocessing orbitdb.filling",

@@ -202,7 +202,7 @@ run()
     "name",
     slow_but(
         ["numpy"],
-        ["typer", "numpy", "orbitdb.cli.commands.fill", "numpy._core.multiarray", "sqlalchemy"],
+        ["typer", "numpy", "orbitdb.cli.commands.fill", "numpy._core.multiarray", "sqlite3"],
     ),
 )
 def test_ctrl_c_during_imports_ends_the_command(tmp_path, name):

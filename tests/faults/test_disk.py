@@ -176,17 +176,16 @@ _READ_TWICE = """
 import sys
 from orbitdb import StoreError
 from orbitdb.store.lookup import a_values
-from orbitdb.store.connection import driver
 from orbitdb.store.file import Reader
 reader = Reader(sys.argv[1])
 try:
     with reader.moment() as moment:
-        print(a_values(driver(moment.connection)), flush=True)
+        print(a_values(moment), flush=True)
         input()
 except StoreError as error:
     print(error)
 with reader.moment() as moment:
-    print(a_values(driver(moment.connection)))
+    print(a_values(moment))
 """
 
 

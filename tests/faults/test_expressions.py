@@ -57,7 +57,7 @@ def test_an_expression_is_one_condition(varied, name):
 def test_a_statement_can_only_read(varied, statement):
     before = varied.read_bytes()
     with reading(varied) as moment, pytest.raises(SelectionError, match=r"^sql "):
-        asking.run_statement(moment.connection, statement, {})
+        asking.run_statement(moment, statement, {})
     assert varied.read_bytes() == before
 
 
@@ -69,10 +69,6 @@ def test_bound_values_are_only_values(own):
     with pytest.raises(SelectionError, match="type"):
         catalogue.count(Selection(where="code = :x", parameters=cast(dict[str, str], {"x": ["1"]})))
     assert catalogue.count(Selection(where="code = ':x'")) == 0
-    with pytest.raises(SelectionError, match="it has no :x"):
-        catalogue.count(Selection(where="code = ':x'", parameters={"x": 1}))
-    with pytest.raises(SelectionError, match="it has no :ength"):
-        catalogue.count(Selection(where="length > 9", parameters={"ength": 1}))
 
 
 ALLOWED = {
@@ -120,7 +116,7 @@ def test_every_use_is_stopped_in_time(own, monkeypatch, use):
 def test_time_spent_on_using_rows_does_not_count(filled_once, monkeypatch):
     monkeypatch.setattr(asking, "SECONDS", 0.5)
     with reading(filled_once) as moment:
-        _, rows = asking.run_statement(moment.connection, "SELECT code FROM catalogue", {})
+        _, rows = asking.run_statement(moment, "SELECT code FROM catalogue", {})
         first = next(rows)
         time.sleep(0.6)
         assert len([first, *rows]) == Catalogue(filled_once).count()

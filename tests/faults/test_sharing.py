@@ -15,7 +15,7 @@ from processes import run, run_several, small_blocks, start, wait_until_ready
 from orbitdb.catalogue import Catalogue
 from orbitdb.filling.resuming import OvertakenError
 from orbitdb.store import connection as connections
-from orbitdb.store.connection import reading_engine, writing_engine
+from orbitdb.store.connection import open_to_read, open_to_write
 from orbitdb.store.file import check_file
 from orbitdb.store.schema import SCHEMA_VERSION
 from orbitdb.store.writing import Writer
@@ -42,13 +42,13 @@ def all_end_well(*processes) -> None:
 
 
 def test_connections_have_the_documented_settings(filled):
-    with writing_engine(filled).begin() as connection:
-        settings = {name: connection.exec_driver_sql(f"PRAGMA {name}").scalar() for name in (
+    with closing(open_to_write(filled)) as connection:
+        settings = {name: connection.scalar(f"PRAGMA {name}") for name in (
             "journal_mode", "synchronous", "foreign_keys", "busy_timeout"
         )}  # fmt: skip
     assert settings == {"journal_mode": "wal", "synchronous": 1, "foreign_keys": 1, "busy_timeout": 5000}
-    with reading_engine(filled).begin() as connection:
-        assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
+    with closing(open_to_read(filled)) as connection:
+        assert connection.scalar("PRAGMA journal_mode") == "wal"
 
 
 _WRITE = """
@@ -108,7 +108,7 @@ def test_changing_the_journal_mode_waits_for_a_lock(filled, monkeypatch):
         monkeypatch.setattr(connections, "BUSY_TIMEOUT", 0.5)
         writer = Writer(filled, {"command": "test"})
         with writer.writing() as connection:
-            assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
+            assert connection.scalar("PRAGMA journal_mode") == "wal"
         writer.close()
     assert len(waits) == 1
 

@@ -8,8 +8,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-import sqlalchemy as sa
-from contents import alter, ask, content, made
+from contents import alter, ask, before_statements, content, made
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
@@ -60,21 +59,18 @@ def test_a_period_that_lost_words_is_not_marked_complete(tmp_path):
     assert not Catalogue(path).fills(a=1.6)[0].whole
 
 
-def test_others_may_write_while_a_period_is_counted(tmp_path):
+def test_others_may_write_while_a_period_is_counted(tmp_path, monkeypatch):
     """At p = 15, counting takes seconds."""
     path, tried = tmp_path / "orbits.db", []
 
-    def look(_connection, _cursor, statement, *_: object) -> None:
+    def look(statement: str) -> None:
         if "GROUP BY" in statement:
             with closing(sqlite3.connect(path, timeout=0)) as other:
                 other.execute("BEGIN IMMEDIATE")
             tried.append(statement)
 
-    sa.event.listen(sa.Engine, "before_cursor_execute", look)
-    try:
-        fill(path, periods=[3, 4])
-    finally:
-        sa.event.remove(sa.Engine, "before_cursor_execute", look)
+    before_statements(monkeypatch, look)
+    fill(path, periods=[3, 4])
     assert len(tried) == 2
 
 

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import sqlalchemy as sa
-from contents import is_sound, rows
+from contents import before_statements, is_sound, rows
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from quick import slow_but
@@ -113,19 +112,16 @@ def cut(path: Path, work: Work, way: str, moment: int) -> None:
         return
     copy, told = path.with_name("killed.db"), iter(range(moment))
 
-    def count(*_: object) -> None:
-        if next(told, None) is None:
+    def count(statement: str) -> None:
+        if "BEGIN" not in statement and next(told, None) is None:
             if way == "killed":
                 for end in ENDS:
                     shutil.copy(f"{path}{end}", f"{copy}{end}")
             raise Killed
 
-    sa.event.listen(sa.Engine, "before_cursor_execute", count)
-    try:
-        with suppress(Killed):
-            list(work(path))
-    finally:
-        sa.event.remove(sa.Engine, "before_cursor_execute", count)
+    with pytest.MonkeyPatch.context() as monkeypatch, suppress(Killed):
+        before_statements(monkeypatch, count)
+        list(work(path))
     for end in ENDS if copy.exists() else ():
         shutil.move(f"{copy}{end}", f"{path}{end}")
 

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
-from contents import alter, answer, ask
+from contents import alter, answer, ask, before_statements
 from quick import slow_but
 from there import there
 
@@ -102,20 +101,17 @@ def test_an_unfinished_sweep_has_no_sums_and_is_not_counted(tmp_path):
         assert (known.highest, known.orbits, known.cycles().tolist()) == (0, {}, [0])
 
 
-def test_a_period_closed_first_by_another_process_keeps_its_sums(tmp_path):
+def test_a_period_closed_first_by_another_process_keeps_its_sums(tmp_path, monkeypatch):
     path = tmp_path / "orbits.db"
     migrate(path)
     others = iter([HERE])
 
-    def close_first(_: sa.Connection) -> None:
-        if ask(path, "SELECT 1 FROM sweep_block") and (other := next(others, None)):
+    def close_first(statement: str) -> None:
+        if "BEGIN" in statement and ask(path, "SELECT 1 FROM sweep_block") and (other := next(others, None)):
             swept(path, periods=[5], workers=other)
 
-    sa.event.listen(sa.Engine, "begin", close_first)
-    try:
-        assert found(path, periods=[5]) == found(tmp_path / "alone.db", periods=[5])
-    finally:
-        sa.event.remove(sa.Engine, "begin", close_first)
+    before_statements(monkeypatch, close_first)
+    assert found(path, periods=[5]) == found(tmp_path / "alone.db", periods=[5])
 
 
 @pytest.mark.usefixtures("small_sweeps")

@@ -3,8 +3,7 @@
 import json
 
 import pytest
-import sqlalchemy as sa
-from contents import alter, answer, made
+from contents import alter, answer, before_statements, made
 from quick import slow_but
 from there import there
 
@@ -194,22 +193,21 @@ def test_an_exported_file_records_partial_periods(cli, partial, tmp_path):
 
 
 @pytest.fixture(params=["not begun", "begun"])
-def busy(request, filled, begin_fill):
-    """A catalogue with p = 2..8 in which a fill of p = 9 advances by one batch after every query."""
-    begun = request.param == "begun"
-    going = begin_fill(filled, 9) if begun else fill_periods(filled, 1.6, [9])
+def busy(request, filled, begin_fill, monkeypatch):
+    """A catalogue with p = 2..8 in which a fill of p = 9 advances by one batch with every query."""
+    going = begin_fill(filled, 9) if request.param == "begun" else fill_periods(filled, 1.6, [9])
     at_work = False
 
-    def go_on(connection, cursor, statement, *_):
+    def go_on(statement: str) -> None:
         nonlocal at_work
         if not at_work and statement.startswith(("SELECT", "WITH")):
             at_work = True
             next(going, None)
             at_work = False
 
-    sa.event.listen(sa.Engine, "after_cursor_execute", go_on)
-    yield [9] if begun else []
-    sa.event.remove(sa.Engine, "after_cursor_execute", go_on)
+    before_statements(monkeypatch, go_on)
+    yield [9]
+    going.close()
 
 
 @pytest.mark.parametrize("command", slow_but(["lyapunov"], ["query", "entropy", "lyapunov", "verify"]))

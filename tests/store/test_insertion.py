@@ -4,14 +4,12 @@ import sqlite3
 from typing import Any
 
 import pytest
-import sqlalchemy as sa
 from contents import ask
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.filling.fill import fill_word
 from orbitdb.store.file import migrate
 from orbitdb.store.schema import LONG
-from orbitdb.store.tables import orbit, pruned
 from orbitdb.store.writing import NULL, Writer, insert
 from orbitdb.symbols.words import MAX_KEYED, keys_of_period, parse
 
@@ -33,11 +31,12 @@ def test_null_is_stored_as_null_and_existing_rows_are_left_alone(connection):
     blobs = [None if number % 3 else bytearray([number] * 8) for number in numbers]
     half, ones, texts = [[0.5] * ROWS] * 8, [1] * ROWS, (["orbit"] * ROWS, ["newton"] * ROWS)
     wanted: list[list[Any]] = [ones, numbers, texts[0], blobs, length, *half, numbers, texts[1], ones]
+    names = [row[1] for row in connection.execute("PRAGMA table_info(orbit)")]
     given = [[NULL if value is None else value for value in column] for column in wanted]
-    columns = dict(zip(orbit.c.keys(), given, strict=True))
-    insert(connection, orbit, columns)
-    insert(connection, orbit, columns)  # all are present, so nothing is inserted again
-    found = connection.exec_driver_sql("SELECT * FROM orbit ORDER BY cycle").all()
+    columns = dict(zip(names, given, strict=True))
+    insert(connection, "orbit", columns)
+    insert(connection, "orbit", columns)  # all are present, so nothing is inserted again
+    found = connection.execute("SELECT * FROM orbit ORDER BY cycle").fetchall()
     assert found == list(zip(*wanted, strict=True))
 
 
@@ -45,24 +44,24 @@ def test_null_is_stored_as_null_and_existing_rows_are_left_alone(connection):
 def test_columns_must_have_the_same_length(connection, short):
     columns = [[1] * (ROWS - (place == short)) for place in range(3)]
     with pytest.raises(ValueError, match="zip"):
-        insert(connection, pruned, dict(zip(("id", "p", "word"), columns, strict=True)))
-    assert connection.exec_driver_sql("SELECT count(*) FROM pruned").scalar_one() == 0
+        insert(connection, "pruned", dict(zip(("id", "p", "word"), columns, strict=True)))
+    assert connection.scalar("SELECT count(*) FROM pruned") == 0
 
 
 def test_inserting_no_rows_is_allowed(connection):
-    insert(connection, pruned, {"id": [], "p": [], "word": [], "rules": []})
-    assert connection.exec_driver_sql("SELECT count(*) FROM pruned").scalar_one() == 0
+    insert(connection, "pruned", {"id": [], "p": [], "word": [], "rules": []})
+    assert connection.scalar("SELECT count(*) FROM pruned") == 0
 
 
 def test_a_row_without_a_required_value_raises(connection):
     rows: dict[str, list[Any]] = {"id": [1, 2], "p": [3, 3], "word": ["001", "010"], "rules": ["1", NULL]}
     with pytest.raises(sqlite3.IntegrityError, match=r"NOT NULL constraint failed: pruned\.rules"):
-        insert(connection, pruned, rows)
+        insert(connection, "pruned", rows)
 
 
 def test_columns_may_come_in_any_order(connection):
-    insert(connection, pruned, {"rules": ["1"], "word": ["001"], "id": [-1], "p": [3]})
-    assert connection.execute(sa.select(pruned)).all() == [(-1, 3, "001", "1")]
+    insert(connection, "pruned", {"rules": ["1"], "word": ["001"], "id": [-1], "p": [3]})
+    assert connection.execute("SELECT * FROM pruned").fetchall() == [(-1, 3, "001", "1")]
 
 
 def test_long_words_get_ids_in_order_of_arrival(tmp_path):

@@ -222,8 +222,8 @@ def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, 
     monkeypatch.setattr(limits, "STEPS_BETWEEN_LOOKS", 5_000)
     with reading(filled_once) as moment:
         selection, looks = chosen_by(**criteria), itertools.count()
-        size = len(choose(moment.connection, selection))  # makes SQLite read the schema
-        whole = choose(moment.connection, selection, order, cancelled=lambda: next(looks) < 0)
+        size = len(choose(moment, selection))  # makes SQLite read the schema
+        whole = choose(moment, selection, order, cancelled=lambda: next(looks) < 0)
         asked = next(looks)
         assert asked > 0
         assert len(whole) == size
@@ -231,7 +231,7 @@ def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, 
         for n in range(asked):
             looks_until = itertools.chain(itertools.repeat(False, n), itertools.repeat(True))
             try:
-                found = choose(moment.connection, selection, order, cancelled=looks_until.__next__)
+                found = choose(moment, selection, order, cancelled=looks_until.__next__)
             except CancelledError:
                 ended += 1
             else:

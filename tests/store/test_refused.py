@@ -87,13 +87,6 @@ def test_an_unterminated_string_is_quoted_as_typed():
     assert str(error.value) == """where "code = '013": unrecognized token: "'013\""""
 
 
-def test_a_bound_number_matches_the_code_with_its_digits(varied):
-    with closing(Catalogue(varied)) as catalogue:
-        chosen = chosen_by(a=1.6, where="code LIKE :code", parameters={"code": 13})
-        (found,) = catalogue.select(chosen)
-        assert found.code == "13"
-
-
 def test_the_elements_of_a_class_must_lead_to_its_words(own):
     alter(own, "UPDATE cycle SET symmetry = 'T' WHERE symmetry = '1'")
     with (

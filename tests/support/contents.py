@@ -6,7 +6,10 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any, TypeVar
 
+import pytest
+
 from orbitdb.catalogue import Catalogue
+from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
 from orbitdb.verification.checks import Check
@@ -45,6 +48,17 @@ def ask(path: Path, query: str) -> list[tuple[Any, ...]]:
     """Return the rows of a query."""
     with closing(sqlite3.connect(path)) as plain:
         return plain.execute(query).fetchall()
+
+
+def before_statements(monkeypatch: pytest.MonkeyPatch, look: Callable[[str], object]) -> None:
+    """Call a function before each statement that is no PRAGMA, with the statement; it may raise."""
+
+    def execute(connection: Connection, statement: str, *values: Any) -> sqlite3.Cursor:
+        if "PRAGMA" not in statement:
+            look(statement)
+        return sqlite3.Connection.execute(connection, statement, *values)
+
+    monkeypatch.setattr(Connection, "execute", execute)
 
 
 def content(path: Path) -> dict[str, list[tuple[Any, ...]]]:

@@ -124,7 +124,7 @@ def test_an_unfinished_period_does_not_hide_later_ones(begun, monkeypatch):
     alter(begun, "UPDATE fill SET state = 'filling', n_c = NULL")
     monkeypatch.setattr("orbitdb.verification.births_sweeps_levels.BLOCK", 12)
     with reading(begun) as moment:
-        steps = list(prove_lives(moment.connection, whole_births(moment.connection)))
+        steps = list(prove_lives(moment, whole_births(moment)))
         assert [(step.stage, step.done, step.total) for step in steps] == [
             ("missing births, p = 5", 12, 17),
             ("missing births, p = 5", 17, 17),
@@ -133,7 +133,7 @@ def test_an_unfinished_period_does_not_hide_later_ones(begun, monkeypatch):
             ("lives", 12, 0),
             ("lives", 5, 0),
         ]
-        (found,) = check_births([], moment.connection)
+        (found,) = check_births([], moment)
         assert (found.rows, found.failures) == (17, 0)
 
 
@@ -145,7 +145,7 @@ def test_only_births_of_chosen_periods_are_checked(begun):
         ([chosen_by(p=7), chosen_by(a=1, p="4-5")], [5]),
     ):
         with reading(begun) as moment:
-            assert [found.p for found in whole_births(moment.connection, chosen)] == expected
+            assert [found.p for found in whole_births(moment, chosen)] == expected
     with reading(begun) as moment:
         steps = verify(moment, [chosen_by(p=5)], missing_births=True)
         counted = {check.name: check.rows for step in steps for check in step.checks}
@@ -158,7 +158,7 @@ def test_births_and_deaths_must_alternate_and_give_the_counts(begun):
     def failing(*statements: str) -> str | None:
         alter(begun, *statements)
         with reading(begun) as moment:
-            (check,) = check_births([], moment.connection)
+            (check,) = check_births([], moment)
         return check.first
 
     insert = "INSERT INTO change SELECT cycle, {}, {} * a, error, '{}', bounce, joint, NULL, slope, run"

@@ -46,7 +46,7 @@ def catalogue(asked):
 def pages_of(catalogue, selection, ordering=NATURAL, columns=SHOWN):
     source = Reader(catalogue.path)
     with source.moment() as moment:
-        return Pages(source, choose(moment.connection, selection, str(ordering)), columns)
+        return Pages(source, choose(moment, selection, str(ordering)), columns)
 
 
 @given(criteria=CRITERIA, ordering=ORDERINGS, names=NAMES, places=PLACES)
@@ -84,9 +84,7 @@ def test_reading_can_be_cancelled(catalogue):
     with pytest.raises(CancelledError):
         answer(
             catalogue.path,
-            lambda moment: list(
-                rows_of(moment.connection, choose(moment.connection, two), ("code",), cancelled=lambda: True)
-            ),
+            lambda moment: list(rows_of(moment, choose(moment, two), ("code",), cancelled=lambda: True)),
         )
 
 
