@@ -1,7 +1,7 @@
 """`StoredCatalogue`, the part of `Catalogue` that opens, fills and checks its file, and lists contents."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, Unpack
@@ -364,15 +364,17 @@ class StoredCatalogue:
         >>> catalogue.verify(p="2-5").sound
         True
         """
-        from orbitdb.verification.verify import Verification, report, told, verification_steps
+        from orbitdb.verification.verify import verifiable, verified
 
         everywhere = selection is None and criteria.get("a") is None
         chosen = self._chosen(selection, criteria)
-        selections = [replace(chosen, a=at) for at in self.a_values()] if everywhere else [chosen]
+        selections = [chosen]
+        if everywhere:
+            with self._file.moment() as moment:
+                selections = [replace(chosen, a=at) for at in verifiable(moment)]
         drawn = _seed(seed)
-        work = verification_steps(self.path, selections, sample, restarts, drawn, births, rigorous, jobs=jobs)
-        with telling(progress, "verify") as tell, closing(work) as steps:
-            return Verification(tuple(report(told(steps, tell))))
+        with telling(progress, "verify") as tell:
+            return verified(self.path, selections, sample, restarts, drawn, births, rigorous, jobs, tell)
 
     # deleting
 

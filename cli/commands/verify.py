@@ -3,7 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import closing, suppress
+from contextlib import suppress
 from dataclasses import astuple, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -78,14 +78,13 @@ def verify(
     Each line is one check: the number of rows checked, the number of failures, the worst deviation, its share
     of what rounding and the error bound of the row allow (above 1 is a failure), and the first row that
     fails. The exit code is 1 if a check fails. Counts are checked for whole periods. Rows are checked if you
-    choose them, even in a partly filled period.
+    choose them, even in a partly filled period. Quantum levels are checked unless you choose periods.
     """
     from orbitdb.answers.completeness import unfilled
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file import reading
-    from orbitdb.store.lookup import a_values
     from orbitdb.store.selection import Selection
-    from orbitdb.verification.verify import is_known, report, told, verification_steps
+    from orbitdb.verification.verify import verifiable, verified
 
     if folder is not None:
         options.takes_only(context, "with FOLDER", "folder")
@@ -96,42 +95,42 @@ def verify(
     start = time.monotonic()
     missing: list[str] = []
     with reading(db) as moment:
-        stadiums = a_values(moment) if a is None else [Stadium(a).a]
+        stored = verifiable(moment)
+        stadiums = stored if a is None else [Stadium(a).a]
         subset = choice.at(USUAL_A)
-        chosen = [replace(subset, a=each) for each in stadiums]  # a stored value may be invalid
-        if a is not None and not is_known(moment, stadiums[0]):
+        chosen = [replace(subset, a=at) for at in stadiums]  # a stored value may be invalid
+        if a is not None and stadiums[0] not in stored:
             note(f"{unfilled(moment, Selection(stadiums[0]))}; there is nothing to check")
             raise typer.Exit(1)
         with suppress(AlteredError):  # one of the checks reports it
             missing.extend(_gaps(moment, chosen, a is not None))
-    work = verification_steps(db, chosen, sample, restarts, seed, births, rigorous, jobs)
-    with progress("the catalogue") as shown, closing(work):  # closing ends its processes if interrupted
-        found = report(told(work, shown))
+    with progress("the catalogue") as shown:
+        verification = verified(db, chosen, sample, restarts, seed, births, rigorous, jobs, shown)
     for gap in missing:
         note(gap)
-    _report(found, moment.path, start, restarts, output)
+    _report(verification.checks, moment.path, start, restarts, output)
 
 
 def _verify_dataset(folder: Path, output: Output) -> None:
     """Check the checksums and counts of a dataset (`orbitdb export FOLDER --dataset`)."""
     from orbitdb.answers.dataset import wrong_files
 
-    found = list(wrong_files(folder))
-    wrong = [f"{name} {what}" for name, what in found if what]
-    output.write(COLUMNS, [("dataset", len(found), len(wrong), None, None, next(iter(wrong), None))])
+    files = list(wrong_files(folder))
+    wrong = [f"{name} {what}" for name, what in files if what]
+    output.write(COLUMNS, [("dataset", len(files), len(wrong), None, None, next(iter(wrong), None))])
     if wrong:
-        note(f"{folder}: {len(wrong)} of {several(len(found), 'file')} changed since the export")
+        note(f"{folder}: {len(wrong)} of {several(len(files), 'file')} changed since the export")
         raise typer.Exit(1)
-    note(f"{folder}: no errors in {several(len(found), 'file')}")
+    note(f"{folder}: no errors in {several(len(files), 'file')}")
 
 
-def _report(found: "list[Check]", path: Path, start: float, restarts: int, output: Output) -> None:
+def _report(checks: "Sequence[Check]", path: Path, start: float, restarts: int, output: Output) -> None:
     """Write the checks and a one-line verdict; exit with code 1 after a failure."""
-    output.write(COLUMNS, map(astuple, found))
-    rows = Counter({check.name: check.rows for check in found})
+    output.write(COLUMNS, map(astuple, checks))
+    rows = Counter({check.name: check.rows for check in checks})
     if (unsettled := restarts * rows["statuses"] - rows["restarts"]) > 0:
         note(f"{unsettled} restarts did not converge and prove nothing")
-    broken = [check.name for check in found if check.failures]
+    broken = [check.name for check in checks if check.failures]
     if broken:
         from orbitdb.verification.verify import PROMISES
 
@@ -140,8 +139,8 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
         raise typer.Exit(1)
     if lives := rows["lives"] + rows["undecided"]:
         note(f"{rows['lives']} of {lives} classes have all births and deaths between a = 0.02 and 1000")
-    told = ", ".join(several(rows[name], *what) for name, what in _COUNTED.items() if rows[name])
-    if not told:
+    counted = ", ".join(several(rows[name], *what) for name, what in _COUNTED.items() if rows[name])
+    if not counted:
         note(f"nothing to check in {path}: the file is sound, but contains none of the classes you chose")
         raise typer.Exit(1)
     if anew := rows["sweeps"] - rows["sums"]:
@@ -149,7 +148,7 @@ def _report(found: "list[Check]", path: Path, start: float, restarts: int, outpu
 
         what = "the sums of a swept period were" if anew == 1 else f"the sums of {anew} swept periods were"
         note(f"{what} not recomputed: only sums of whole periods up to {SWEPT_ANEW} are")
-    note(f"{path}: no errors in {told}, {time.monotonic() - start:.1f} s")
+    note(f"{path}: no errors in {counted}, {time.monotonic() - start:.1f} s")
 
 
 def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Iterator[str]":
@@ -160,12 +159,12 @@ def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Ite
     from orbitdb.answers.completeness import describe_partial, partial_fills, unfilled, without
     from orbitdb.store.fills import read_fills, read_sweeps
 
-    for each in chosen:
-        if partial := partial_fills(moment, each):
-            yield describe_partial(partial, each.a)
-        if not each.periods or not (at_one or read_fills(moment, each.a)):
+    for selection in chosen:
+        if partial := partial_fills(moment, selection):
+            yield describe_partial(partial, selection.a)
+        if not selection.periods or not (at_one or read_fills(moment, selection.a)):
             continue
-        swept = tuple(sweep.p for sweep in read_sweeps(moment, each.a))
-        rest = without(each, swept) if swept else each
+        swept = tuple(sweep.p for sweep in read_sweeps(moment, selection.a))
+        rest = without(selection, swept) if swept else selection
         if rest is not None and (said := unfilled(moment, rest)):
             yield said

@@ -73,7 +73,7 @@ def compare(case: str, asked: str, orbits: Orbits, stadium: Stadium, seconds: fl
     status = np.array([each.status.value for each in truth])
     kept = np.flatnonzero((status == Status.ORBIT) & (orbits.status == Status.ORBIT))
     part = orbits.rows(kept)
-    errors = true_errors(part, [truth[row] for row in kept])
+    errors = true_errors(part, [truth[row] for row in kept])[:3]
     coordinates, length, lyapunov = errors
     bounds = (part.error, part.length_error, part.lyapunov_error)
     return Outcome(

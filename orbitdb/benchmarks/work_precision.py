@@ -172,7 +172,7 @@ def _row(
     status = np.array([each.status.value for each in cases.truth])
     kept = np.flatnonzero((status == Status.ORBIT) & np.isfinite(orbits.coordinates).all(axis=1))
     truth = [cases.truth[row] for row in kept]
-    coordinates, length, lyapunov = true_errors(orbits.rows(kept), truth)
+    coordinates, length, lyapunov = true_errors(orbits.rows(kept), truth)[:3]
     right = coordinates < FAR
     settled = status != Status.BOUNDARY
     wrong = settled & (orbits.status != status)

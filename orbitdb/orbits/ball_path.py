@@ -13,6 +13,7 @@ from flint import arb, ctx
 
 from orbitdb.billiard.legs import Chain, Legs
 from orbitdb.billiard.stability import solve_cyclic
+from orbitdb.billiard.stadium import SIDE, STRAIGHT
 
 Balls = list[arb]
 
@@ -198,6 +199,23 @@ class BallPath:
             start, step = on_walls[run] if straight else (first[run], turned[run])
             places.append(start + place * step if place else start)
         return places
+
+    def area(self, symbols: Sequence[int], coordinates: Balls) -> arb:
+        """Return the area that the path encloses, given its word and the coordinates of all bounces.
+
+        The path is a polygon, so the area is half the sum of the cross products of successive bounces.
+        """
+        corners = []
+        for symbol, place in zip(symbols, coordinates, strict=True):
+            if STRAIGHT[symbol]:
+                corners.append((place, arb(symbol - 1)))
+            else:
+                sin, cos = place.sin_cos()
+                corners.append((int(SIDE[symbol]) * (self.a + cos), sin))
+        total = arb(0)
+        for (x, y), (x_next, y_next) in zip(corners, [*corners[1:], corners[0]], strict=True):
+            total += x * y_next - x_next * y
+        return total / 2
 
     def _on_walls(self, leg: int, first: Balls, last: Balls) -> tuple[arb, arb]:
         """Return the coordinate of the first wall bounce of a leg, and the step from each to the next."""

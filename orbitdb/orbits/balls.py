@@ -20,6 +20,7 @@ Beyond this, balls are only needed to distinguish an angle from its shifts by mu
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 from flint import arb, arb_poly, ctx, fmpq, fmpq_poly, fmpz_mat
@@ -56,6 +57,7 @@ class Enclosure:
     coordinates: Balls  # in the order of the word
     length: arb
     lyapunov: arb  # lambda
+    area: arb  # enclosed area, anticlockwise positive
     margin: arb  # least distance from a joint, in coordinate units
     steps: int  # number of Newton steps taken
 
@@ -102,11 +104,11 @@ def _enclosed(path: BallPath, legs: Legs, start: Balls, precision: int) -> Enclo
             slack, distance = path.slacks(conditions)
             status = _status(path, conditions, slack)
             if status is not Status.UNRESOLVED or 2 * precision > _most_bits(path):
-                margin = distance[0]
-                for x in distance[1:]:
-                    margin = margin.min(x)
-                numbers = path.coordinates(legs), path.length(), path.exponent()
-                return Enclosure(status, precision, *numbers, margin, steps)
+                margin, places = reduce(arb.min, distance), path.coordinates(legs)
+                area = path.area(legs.words[:, path.column].tolist(), places)
+                return Enclosure(
+                    status, precision, places, path.length(), path.exponent(), area, margin, steps
+                )
         precision *= 2
 
 
@@ -132,17 +134,18 @@ def _most_bits(path: BallPath) -> int:
     return int(max(min(bits, MAX_PRECISION, _BITS_IN_MEMORY / path.m), 2 * PRECISION))
 
 
-def true_errors(orbits: Orbits, enclosures: Sequence[Enclosure]) -> tuple[Floats, Floats, Floats]:
-    """Return the true errors of N orbits, given their enclosures, as three arrays of shape (N,).
+def true_errors(orbits: Orbits, enclosures: Sequence[Enclosure]) -> Floats:
+    """Return the true errors of N orbits, given their enclosures, shape (5, N).
 
-    These are the largest error of a coordinate, and the errors of the length and of lambda: the largest
-    distance of a number from any point of its ball, rounded up.
+    These are the largest error of a coordinate, and the errors of the length, of lambda, of the area and of
+    the margin: the largest distance of a number from any point of its ball, rounded up.
     """
     pairs = zip(enclosures, orbits.coordinates.tolist(), strict=True)
-    coordinates = [max(map(distance, enclosure.coordinates, row)) for enclosure, row in pairs]
-    length = list(map(distance, (enclosure.length for enclosure in enclosures), orbits.length.tolist()))
-    lyapunov = list(map(distance, (enclosure.lyapunov for enclosure in enclosures), orbits.lyapunov.tolist()))
-    return np.array(coordinates), np.array(length), np.array(lyapunov)
+    errors = [[max(map(distance, enclosure.coordinates, row)) for enclosure, row in pairs]]
+    for name in ("length", "lyapunov", "area", "margin"):
+        balls = (getattr(enclosure, name) for enclosure in enclosures)
+        errors.append(list(map(distance, balls, getattr(orbits, name).tolist())))
+    return np.array(errors)
 
 
 def distance(ball: arb, value: float) -> float:

@@ -57,13 +57,13 @@ def exponents(codes: Integers, p: int, stadium: Stadium) -> Iterator[Exponents]:
     a = stadium.a
     for rows, legs in cut(unpack(codes, p)):
         for start in range(0, len(rows), _BATCH):
-            here = np.arange(start, min(start + _BATCH, len(rows)))
-            part = legs.chain(here)
+            batch = np.arange(start, min(start + _BATCH, len(rows)))
+            part = legs.chain(batch)
             alpha, limits = centre_directions(part, a), direction_limits(part, a)
             alpha = np.clip(alpha + newton_step(part, a, alpha, limits), *limits)  # rounding may exceed them
             left = np.flatnonzero(decide(part, a, alpha).status != Status.DYNAMICAL)
             if len(left):
-                own = rows[here[left]]
+                own = rows[batch[left]]
                 yield _decided(codes[own], p, own, part.chain(left), stadium, alpha.take(left, axis=1))
 
 
@@ -73,8 +73,8 @@ def _decided(
     """Solve words from directions close to their maxima, and prove their statuses."""
     a = stadium.a
     alpha = newton(legs, a, start=start).alpha
-    verdict = decide(legs, a, alpha)
-    slopes, status = verdict.slopes, verdict.status
+    decided = decide(legs, a, alpha)
+    slopes, status = decided.slopes, decided.status
     lengths, exponents_ = length(legs, a, alpha), exponent(slopes)
     left = np.flatnonzero(status == Status.UNRESOLVED)
     if len(left):
@@ -107,7 +107,7 @@ class Tally:
         """Count the words of classes of the given sizes, from the results for one word of each class."""
         counts = np.zeros(4, np.int64)
         for part in parts:
-            orbits, *others = (sizes[each].sum() for each in (part.orbits, part.boundary, part.unresolved))
+            orbits, *others = (sizes[of].sum() for of in (part.orbits, part.boundary, part.unresolved))
             counts += orbits, len(part.orbits), *others
         return cls(int(sizes.sum()), *counts.tolist())
 

@@ -255,11 +255,11 @@ def _maximum(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) 
     alpha = newton(legs, a, start=np.clip(start, *limits)).alpha
     held = np.flatnonzero(((alpha <= limits[0]) | (alpha >= limits[1])).any(axis=0))
     if len(held):
-        part, here = legs.chain(held), alpha.take(held, axis=1)
+        part, moved = legs.chain(held), alpha.take(held, axis=1)
         low, high = (limit.take(held, axis=1) for limit in box)
         for _ in range(_BEYOND_LIMITS):
-            here = np.clip(here + motion(part, a[held], here, (low, high))[0], low, high)
-        alpha[:, held] = here
+            moved = np.clip(moved + motion(part, a[held], moved, (low, high))[0], low, high)
+        alpha[:, held] = moved
     return alpha
 
 
@@ -304,7 +304,7 @@ left undecided.
 """
 
 
-class Verdict(IntEnum):
+class Completeness(IntEnum):
     """What is proved about the known births and deaths of a word."""
 
     WRONG = -1
@@ -324,12 +324,12 @@ def prove_all(words: Words, changes: Sequence[Sequence[KnownChange]]) -> tuple[N
 
     Returns
     -------
-    verdict : ndarray of int8, shape (N,)
-        Values of `Verdict`.
+    proved : ndarray of int8, shape (N,)
+        Values of `Completeness`.
     cells : int
         Number of cells examined.
     """
-    verdict, cells = np.zeros(len(words), np.int8), 0
+    proved, cells = np.zeros(len(words), np.int8), 0
     for rows, legs in cut(words):
         first = signs(words[rows], legs, np.full(len(rows), LOW), newton(legs, LOW).alpha)
         word, kind, low, high, looked = stretches(legs, float(np.log(LOW)), float(np.log(HIGH)))
@@ -338,8 +338,8 @@ def prove_all(words: Words, changes: Sequence[Sequence[KnownChange]]) -> tuple[N
         segments = list(zip(kind.tolist(), low.tolist(), high.tolist(), strict=True))
         for row, sign, start, end in zip(rows.tolist(), first.tolist(), ends, ends[1:], strict=False):
             state = None if sign == 0 else sign > 0
-            verdict[row] = walk(segments[start:end], changes[row], state)
-    return verdict, cells
+            proved[row] = walk(segments[start:end], changes[row], state)
+    return proved, cells
 
 
 def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.int8], Floats, Floats, int]:
@@ -357,21 +357,21 @@ def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.
     x = np.tile(low + (np.arange(count) + 0.5) * (high - low) / count, len(legs))
     word, r = np.repeat(np.arange(len(legs)), count), np.full(len(x), (high - low) / (2 * count))
     start = centre_directions(legs.chain(word), np.exp(x))
-    known = []
+    finished = []
     for halved in range(_HALVINGS + 1):
         kind, alpha, drift = judge(legs.chain(word), x, r, start)
         cells += len(kind)
         many = np.bincount(word, kind == Kind.OPEN, minlength=len(legs)) > _MOST
-        told = (kind != Kind.OPEN) | many[word] | (halved == _HALVINGS)
-        known.append((word[told], x[told] - r[told], x[told] + r[told], kind[told]))
-        left = np.flatnonzero(~told)
+        done = (kind != Kind.OPEN) | many[word] | (halved == _HALVINGS)
+        finished.append((word[done], x[done] - r[done], x[done] + r[done], kind[done]))
+        left = np.flatnonzero(~done)
         if not len(left):
             break
         r = r[left] / 2
-        shift, here = np.clip(drift.take(left, axis=1), -1, 1) * r, alpha.take(left, axis=1)
-        start = np.concatenate([here - shift, here + shift], axis=1)
+        shift, middle = np.clip(drift.take(left, axis=1), -1, 1) * r, alpha.take(left, axis=1)
+        start = np.concatenate([middle - shift, middle + shift], axis=1)
         word, x, r = np.tile(word[left], 2), np.concatenate([x[left] - r, x[left] + r]), np.tile(r, 2)
-    word, begin, end, kind = map(np.concatenate, zip(*known, strict=True))
+    word, begin, end, kind = map(np.concatenate, zip(*finished, strict=True))
     order = np.lexsort((begin, word))
     word, begin, end, kind = word[order], begin[order], end[order], kind[order]
     fresh = np.ones(len(word), bool)
@@ -380,37 +380,38 @@ def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.
     return word[first], kind[first], begin[first], end[np.append(first[1:], len(word)) - 1], cells
 
 
-def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: bool | None) -> Verdict:
+def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: bool | None) -> Completeness:
     """Tell whether the known changes are all the changes that the segments allow.
 
     The segments, which are adjacent, and the changes are sorted by ascending a; changes outside the segments
     are ignored. `alive` tells whether the word is an orbit where the segments begin; None means unknown.
     """
-    left = [each for each in changes if segments[0][1] < (each[0] + each[1]) / 2 < segments[-1][2]]
+    begin, end = segments[0][1], segments[-1][2]
+    left = [change for change in changes if begin < (change[0] + change[1]) / 2 < end]
     sure = True
     for place, (kind, _, high) in enumerate(segments):
         if kind in _CONSTANT:
             if alive is (kind != Kind.ALIVE) or (left and left[0][1] < high):
-                return Verdict.WRONG
+                return Completeness.WRONG
             alive = kind == Kind.ALIVE
             continue
-        here = [each for each in left if each[0] <= high]
-        left = left[len(here) :]
+        inside = [change for change in left if change[0] <= high]
+        left = left[len(inside) :]
         if kind == Kind.OPEN:
             alive, sure = None, False
             continue
         way = kind == Kind.RISING
-        if len(here) > 1 or any(born != way for *_, born in here) or (here and alive is way):
-            return Verdict.WRONG
-        if here:
+        if len(inside) > 1 or any(born != way for *_, born in inside) or (inside and alive is way):
+            return Completeness.WRONG
+        if inside:
             alive = way
         elif alive is not way:
             after = segments[place + 1][0] if place + 1 < len(segments) else Kind.OPEN
             if after not in _CONSTANT:
                 alive, sure = None, False
             elif (after == Kind.ALIVE) is way and alive is not None:
-                return Verdict.WRONG
+                return Completeness.WRONG
             else:
                 sure = sure and (after == Kind.ALIVE) is not way
                 alive = after == Kind.ALIVE
-    return Verdict.PROVED if sure and not left else Verdict.UNDECIDED
+    return Completeness.PROVED if sure and not left else Completeness.UNDECIDED

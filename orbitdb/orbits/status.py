@@ -70,7 +70,7 @@ EXISTING = (Status.ORBIT.value, Status.BOUNDARY.value)
 
 
 @dataclass(frozen=True, eq=False)
-class Verdict(Batch):
+class DecidedStatuses(Batch):
     """Statuses of N words, and the numbers from which they were decided."""
 
     slopes: Derivatives
@@ -80,7 +80,7 @@ class Verdict(Batch):
     status: NDArray[np.str_]  # values of `Status`, shape (N,)
 
 
-def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
+def decide(legs: Chain, a: float | Floats, alpha: Floats) -> DecidedStatuses:
     """Decide which words are orbits, if doubles can.
 
     The directions alpha, shape (m, N), are between the limits, at or near the maximum of the length. Each
@@ -97,7 +97,7 @@ def decide(legs: Chain, a: float | Floats, alpha: Floats) -> Verdict:
     inside = (slack > slack_error).all(axis=(0, 1)) & between
     undecided = np.where(inside, Status.ORBIT.value, Status.UNRESOLVED.value)
     status = np.where(outside, Status.DYNAMICAL.value, undecided)
-    return Verdict(slopes, alpha_error, slack, slack_error, status)
+    return DecidedStatuses(slopes, alpha_error, slack, slack_error, status)
 
 
 NUMBERS = (
@@ -175,12 +175,12 @@ class Orbits:
 
     def rows(self, chosen: Places | Marks) -> "Orbits":
         """Return the orbits of the chosen words."""
-        return Orbits(**{each.name: getattr(self, each.name)[chosen] for each in fields(self)})
+        return Orbits(**{column.name: getattr(self, column.name)[chosen] for column in fields(self)})
 
     def with_symmetries(self, stabilisers: Masks) -> "Orbits":
         """Return the same orbits, with an area of exactly 0 where an odd symmetry says so."""
         exact = encloses_nothing(stabilisers)
-        area, error = (np.where(exact, 0.0 * np.abs(each), each) for each in (self.area, self.area_error))
+        area, error = (np.where(exact, 0.0 * np.abs(of), of) for of in (self.area, self.area_error))
         return replace(self, area=area, area_error=error)
 
     def place(self, rows: Places, part: "Orbits") -> None:
@@ -206,21 +206,23 @@ def assess(
         If false, words that are proved not to be orbits only get a status, a margin and a number of steps.
     """
     alpha, iterations = directions
-    verdict = decide(legs, stadium.a, alpha)
-    margin = margin_distances(legs, alpha, verdict.slack).min(axis=(0, 1))
-    orbits = replace(Orbits.empty(words), status=verdict.status, margin=margin, iterations=iterations)
-    left = np.flatnonzero(every | (verdict.status != Status.DYNAMICAL))
+    decided = decide(legs, stadium.a, alpha)
+    margin = margin_distances(legs, alpha, decided.slack).min(axis=(0, 1))
+    orbits = replace(Orbits.empty(words), status=decided.status, margin=margin, iterations=iterations)
+    left = np.flatnonzero(every | (decided.status != Status.DYNAMICAL))
     if len(left):
-        here = legs.rows(left), stadium, alpha.take(left, axis=1), verdict.rows(left)
-        orbits.place(left, _measured(orbits.rows(left), *here))
+        existing = legs.rows(left), stadium, alpha.take(left, axis=1), decided.rows(left)
+        orbits.place(left, _measured(orbits.rows(left), *existing))
     return orbits
 
 
-def _measured(orbits: Orbits, legs: Legs, stadium: Stadium, alpha: Floats, verdict: Verdict) -> Orbits:
+def _measured(
+    orbits: Orbits, legs: Legs, stadium: Stadium, alpha: Floats, decided: DecidedStatuses
+) -> Orbits:
     """Complete orbits whose statuses are known with coordinates, length, lambda and their error bounds."""
-    a, slopes, alpha_error = stadium.a, verdict.slopes, verdict.alpha_error
+    a, slopes, alpha_error = stadium.a, decided.slopes, decided.alpha_error
     place, lyapunov = coordinates(legs, a, alpha), exponent(slopes)
-    error = coordinate_error(legs, a, alpha, alpha_error, verdict.slack_error)
+    error = coordinate_error(legs, a, alpha, alpha_error, decided.slack_error)
     area, area_error = enclosed_areas(stadium, orbits.words, place, error)
     return replace(
         orbits,

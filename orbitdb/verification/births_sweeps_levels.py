@@ -23,12 +23,12 @@ from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stadium import MAX_A, MIN_A, Stadium
 from orbitdb.orbits.births import signs
 from orbitdb.orbits.exponents import OrbitClasses, Tally
-from orbitdb.orbits.missing_births import KnownChange, Verdict, prove_all
+from orbitdb.orbits.missing_births import Completeness, KnownChange, prove_all
 from orbitdb.orbits.newton import newton, solve
 from orbitdb.orbits.status import Status
 from orbitdb.quantum.levels import ROUNDING, windows
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.connection import Connection, Moment
+from orbitdb.store.connection import Connection
 from orbitdb.store.fills import Sweep, read_sweeps
 from orbitdb.store.lives import BirthFill, counts_at, read_birth_fills
 from orbitdb.store.rows import LISTED, as_list
@@ -46,6 +46,7 @@ from orbitdb.verification.checks import (
     Part,
     blocks,
     by_period,
+    differences,
     is_chosen,
     judged,
     listed,
@@ -110,27 +111,25 @@ def change_rows(connection: Connection, p: int, ids: Integers | None = None) -> 
 
 def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
     """Yield the classes whose changes are not numbered by ascending a, or whose kinds do not alternate."""
-    for _, changes in groupby(rows, key=lambda row: row.cycle):
-        own = list(changes)
-        kinds = [DIED if n % 2 else BORN for n in range(len(own))]
-        places = [row.a for row in own]
+    for word, of_class in groupby(rows, key=lambda row: str(row.word)):
+        changes = list(of_class)
+        numbered = [(n, BORN if n % 2 else DIED) for n in range(1, len(changes) + 1)]
+        places = [row.a for row in changes]
         if (
-            [row.number for row in own] != list(range(1, len(own) + 1))
-            or [row.kind for row in own] != kinds
-            or len(own) % 2 == 0
+            [(row.number, row.kind) for row in changes] != numbered
+            or len(changes) % 2 == 0
             or places != sorted(set(places))
-            or not all(0 <= row.error <= row.a for row in own)
+            or not all(0 <= row.error <= row.a for row in changes)
         ):
-            yield shortened(own[0].word)
+            yield shortened(word)
 
 
 def _wrong_counts(connection: Connection, fill: BirthFill) -> Iterator[str]:
     """Yield the wrong counts of a period; here SQLite counts, not the code that stored the counts."""
-    (values,) = connection.records(_COUNTS, {"p": fill.p, "born": BORN, "died": DIED})
-    pairs = [("words", values.pop("words"), count_admissible(fill.p))]
-    for name, stored, value in pairs + [(name, getattr(fill, name), value) for name, value in values.items()]:
-        if stored != value:
-            yield f"p = {fill.p}: {name} is {stored} instead of {value}"
+    (counts,) = connection.records(_COUNTS, {"p": fill.p, "born": BORN, "died": DIED})
+    stored, expected = {"words": counts["words"]}, {"words": count_admissible(fill.p)}
+    for fault in differences(vars(fill) | stored, counts | expected):
+        yield f"p = {fill.p}: {fault}"
 
 
 _COUNTS = """\
@@ -163,11 +162,11 @@ def prove_lives(connection: Connection, periods: Iterable[BirthFill]) -> Iterato
         for start in range(0, len(classes), BLOCK):
             block = classes[start : start + BLOCK]
             words = [word for word, _ in block]
-            verdict, _ = prove_all(from_strings(words), [brackets for _, brackets in block])
-            unknown = int((verdict == Verdict.UNDECIDED).sum())
-            proved = judged("lives", words, verdict == Verdict.WRONG)
-            checks = [replace(proved, rows=len(words) - unknown)]
-            checks += [Check("undecided", unknown)] * (unknown > 0)
+            proved, _ = prove_all(from_strings(words), [brackets for _, brackets in block])
+            undecided = int((proved == Completeness.UNDECIDED).sum())
+            lives = judged("lives", words, proved == Completeness.WRONG)
+            checks = [replace(lives, rows=len(words) - undecided)]
+            checks += [Check("undecided", undecided)] * (undecided > 0)
             yield Checked(f"missing births, p = {births.p}", start + len(block), len(classes), tuple(checks))
 
 
@@ -193,116 +192,104 @@ def change_parts(
 def _check_changes(block: Block, connection: Connection) -> Iterator[Check]:
     """Check the status on both sides of each birth and death."""
     rows = change_rows(connection, block.p, block.ids)
-    words = from_strings([row.word for row in rows])
-    wrong = ~np.array([_is_possible(row) for row in rows])
+    a, error = (np.array([getattr(row, name) for row in rows]) for name in ("a", "error"))
+    number, born = np.array([(row.number, 1 if row.kind == BORN else -1) for row in rows]).T
+    always = (a == 0) & (error == 0) & (born > 0) & (number == 1)
+    in_range = (a > 0) & (error > 0) & (a - error >= MIN_A) & (a + error <= MAX_A)
+    wrong = ~(always | in_range)
     if not wrong.any():
-        wrong = _wrong_sides(words, rows)
+        wrong = _wrong_sides(from_strings([row.word for row in rows]), a, error, born)
     labels = [f"{row.word} at a = {exact(row.a)}" for row in rows]
     yield replace(judged("births", labels, wrong), rows=0)  # counted already
 
 
-def _is_possible(row: Any) -> bool:
-    """Tell whether a birth at a = 0 is exact, and the bracket of any other birth or death is in range."""
-    if row.a == 0:
-        return (row.error, row.kind, row.number) == (0, BORN, 1)
-    return row.a - row.error >= MIN_A and row.error > 0 and row.a + row.error <= MAX_A
-
-
-def _wrong_sides(words: Words, rows: Sequence[Any]) -> Marks:
+def _wrong_sides(words: Words, a: Floats, error: Floats, born: Integers) -> Marks:
     """Tell which changes contradict the statuses just below and above them, or at `MIN_A` for a = 0."""
-    a, error = (np.array([getattr(row, name) for row in rows]) for name in ("a", "error"))
-    born = np.array([1 if row.kind == BORN else -1 for row in rows])
-    low, high = np.where(a == 0, MIN_A, a - error), np.where(a == 0, MIN_A, a + error)
-    wrong: Marks = _signs(words, high) != born
+    wrong: Marks = _signs(words, np.where(a == 0, MIN_A, a + error)) != born
     moving = np.flatnonzero(a > 0)
-    wrong[moving] |= _signs(words[moving], low[moving]) != -born[moving]
+    wrong[moving] |= _signs(words[moving], (a - error)[moving]) != -born[moving]
     return wrong
 
 
 def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
     """Return 1 for each word that is an orbit at its own a, -1 if not, 0 if ball arithmetic cannot decide."""
     sign = np.zeros(len(words), np.int8)
-    for here, legs in cut(words):
-        sign[here] = signs(words[here], legs, a[here], newton(legs, a[here]).alpha)
+    for rows, legs in cut(words):
+        sign[rows] = signs(words[rows], legs, a[rows], newton(legs, a[rows]).alpha)
     return sign
 
 
-def check_sweeps(moment: Moment, selections: Sequence[Selection]) -> Iterator[Check]:
+def check_sweeps(selections: Sequence[Selection], connection: Connection) -> Iterator[Check]:
     """Check the counts of every chosen whole period that has been swept, and the sums up to `SWEPT_ANEW`."""
+    with_births = {births.p for births in whole_births(connection)}
     for selection in selections:
-        for sweep in read_sweeps(moment, selection.a):
-            if sweep.whole and selection.includes(sweep.p):
-                label = f"p = {sweep.p} at a = {exact(selection.a)}"
-                yield single("sweeps", label, _wrong_tally(moment, sweep, selection.a))
-                if sweep.p <= SWEPT_ANEW:
-                    yield from _anew(sweep, selection.a, label)
+        a = selection.a
+        fills = {fill["p"]: fill for fill in fill_rows(connection) if (fill["a"], fill["state"]) == (a, DONE)}
+        for sweep in read_sweeps(connection, a):
+            if not (sweep.whole and selection.includes(sweep.p)):
+                continue
+            label = f"p = {sweep.p} at a = {exact(a)}"
+            others = [fills[sweep.p]] if sweep.p in fills else []
+            if sweep.p in with_births:
+                others.append(vars(counts_at(connection, a, sweep.p)))
+            if sweep.p <= SWEPT_ANEW:
+                tally, sums, off = _solved(sweep.p, a)
+                others.append(vars(tally))
+                yield _compared(label, sweep.sums, sums, off)
+            yield single("sweeps", label, _wrong_tally(sweep, others))
 
 
-def _wrong_tally(moment: Moment, sweep: Sweep, a: float) -> Iterator[str]:
-    """Yield the counts that disagree with the transfer matrix, or with the fill or births of the period."""
+def _wrong_tally(sweep: Sweep, others: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """Yield the counts that disagree with the transfer matrix, or with other counts of the period."""
     if sweep.tally.words != (total := count_admissible(sweep.p)):
         yield f"{sweep.tally.words} words instead of {total}"
-    for fill in fill_rows(moment):
-        if (fill["a"], fill["p"], fill["state"]) == (a, sweep.p, DONE):
-            yield from _differing(sweep.tally, fill)
-    if sweep.p in {births.p for births in read_birth_fills(moment) if births.whole}:
-        yield from _differing(sweep.tally, vars(counts_at(moment, a, sweep.p)))
+    for counts in others:
+        names = ("n_c", "classes", "boundary", "unresolved")
+        yield from differences(vars(sweep.tally), {name: counts[name] for name in names})
 
 
-def _differing(tally: Tally, other: Mapping[str, Any]) -> Iterator[str]:
-    for name in ("n_c", "classes", "boundary", "unresolved"):
-        if (count := getattr(tally, name)) != other[name]:
-            yield f"{name} is {count} instead of {other[name]}"
-
-
-def _anew(sweep: Sweep, a: float, label: str) -> Iterator[Check]:
-    """Solve a period as a fill does, and compare its counts and sums with the sweep."""
-    tally, sums, off = _solved(sweep.p, a)
-    yield replace(single("sweeps", label, _differing(sweep.tally, asdict(tally))), rows=0)
-    if sweep.sums is None:
-        return
-    stored, expected = (np.frombuffer(measures.numbers()) for measures in (sweep.sums, sums))
-    if len(stored) != len(expected):
-        yield Check("sums", 1, 1, first=label)
-        return
-    worst = np.max(np.abs(stored - expected) / np.where(expected > 0, expected, 1.0), initial=0.0)
-    yield measured("sums", [label], np.array([worst]), np.array([_ROUNDING + _REPETITIONS * off]))
+def _compared(label: str, sums: PeriodSums | None, expected: PeriodSums, off: float) -> Check:
+    """Compare the sums of a sweep with those over new solutions, given the largest error of an orbit."""
+    stored, right = (np.frombuffer(b"" if of is None else of.numbers()) for of in (sums, expected))
+    if len(stored) != len(right):
+        return Check("sums", 1, 1, first=label)
+    worst = np.max(np.abs(stored - right) / np.where(right > 0, right, 1.0), initial=0.0)
+    return measured("sums", [label], np.array([worst]), np.array([_ROUNDING + _REPETITIONS * off]))
 
 
 def _solved(p: int, a: float) -> tuple[Tally, PeriodSums, float]:
-    """Return the counts and sums of a period, and the largest error of an orbit.
+    """Solve a period as a fill does; return its counts and sums, and the largest error of an orbit.
 
     The error of an orbit is the error of lambda plus the relative error of the length.
     """
     classes = all_least_words(Span.whole(p))
     sizes = SIZES[classes.stabiliser].astype(np.int64)
     solved = solve(unpack(classes.codes, p), Stadium(a))
-    is_orbit, boundary, unresolved = (
-        solved.status == status for status in (Status.ORBIT, Status.BOUNDARY, Status.UNRESOLVED)
-    )
-    orbits, of_orbits = solved.rows(is_orbit), sizes[is_orbit]
-    counts = (int(sizes[which].sum()) for which in (boundary, unresolved))
-    tally = Tally(int(sizes.sum()), int(of_orbits.sum()), len(orbits), *counts)
+    exists = solved.status == Status.ORBIT
+    orbits, of_orbits = solved.rows(exists), sizes[exists]
+    others = (int(sizes[solved.status == of].sum()) for of in (Status.BOUNDARY, Status.UNRESOLVED))
+    tally = Tally(int(sizes.sum()), int(of_orbits.sum()), len(orbits), *others)
     walls = np.isin(orbits.words, (0, 2)).sum(axis=1)
     rows = OrbitClasses(np.full(len(orbits), p), of_orbits, orbits.length, orbits.lyapunov, walls)
     off = np.max(orbits.lyapunov_error + orbits.length_error / orbits.length, initial=0.0)
     return tally, PeriodSums.of(rows, p), float(off)
 
 
-def level_parts(connection: Connection) -> Iterator[Part]:
-    """Yield parts that check the quantum levels of each parity at each a."""
-    for a, parity in connection.execute("SELECT DISTINCT a, parity FROM level_fill ORDER BY a, parity"):
+def level_parts(connection: Connection, selections: Sequence[Selection]) -> Iterator[Part]:
+    """Yield parts that check the quantum levels of each parity at the chosen a, unless periods are chosen."""
+    chosen = {selection.a for selection in selections if not selection.periods}
+    stored = connection.execute("SELECT DISTINCT a, parity FROM level_fill ORDER BY a, parity")
+    for a, parity in (row for row in stored if row[0] in chosen):
         yield Part(f"levels {parity} at a = {exact(a)}", partial(_levels, a, parity))
 
 
 def _levels(a: float, parity: str, connection: Connection) -> Iterator[Check]:
     """Check the numbers of levels in and below each window and, if they are right, each level."""
     for stored in stored_levels(connection, a, Parity(parity)):
-        tasks = windows(Stadium(stored.a), stored.parity, stored.low, stored.high)
-        anew = [task.solved(*_GRID) for task in tasks]
+        anew = [task.solved(*_GRID) for task in windows(Stadium(a), stored.parity, stored.low, stored.high)]
         k = np.concatenate([window.k for window in anew])
         if (stored.below, len(stored.k)) != (anew[0].below, len(k)):
             yield judged("levels", [f"{parity} {stored.low:g} to {stored.high:g}"], [True])
         else:
-            labels = [f"{parity} {each:.6g}" for each in stored.k]
+            labels = [f"{parity} {level:.6g}" for level in stored.k]
             yield measured("levels", labels, np.abs(stored.k - k), stored.error + ROUNDING * k)

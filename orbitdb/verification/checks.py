@@ -1,8 +1,9 @@
 """The result of a check, and the blocks of classes that any process can check."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -96,9 +97,15 @@ def listed(name: str, rows: int, faults: Iterable[str]) -> Check:
 
 
 def single(name: str, label: str, faults: Iterable[str]) -> Check:
-    """Return the check of one row, given its label and its faults."""
-    first = next(iter(faults), None)
-    return Check(name, 1, int(first is not None), first=None if first is None else f"{label}: {first}")
+    """Return the check of one row, given its label and its faults, of which the first is reported."""
+    return listed(name, 1, [f"{label}: {fault}" for fault in islice(faults, 1)])
+
+
+def differences(counts: Mapping[str, Any], expected: Mapping[str, Any]) -> Iterator[str]:
+    """Yield a fault for each count that is not the expected one."""
+    for name, count in expected.items():
+        if counts[name] != count:
+            yield f"{name} is {counts[name]} instead of {count}"
 
 
 def shares(deviation: Floats, allowed: Floats) -> Floats:
@@ -113,15 +120,12 @@ def measured(name: str, labels: Sequence[str], deviation: Floats, allowed: Float
 
     The arrays have shape (N,), or (k, N) if each row has k deviations, of which the worst counts.
     """
-    if deviation.ndim == 2:
-        worst = shares(deviation, allowed).argmax(axis=0), np.arange(len(labels))
-        deviation, allowed = deviation[worst], allowed[worst]
-    share = shares(deviation, allowed)
-    check = judged(name, labels, share > 1)
-    if not len(share):
+    share = shares(*np.broadcast_arrays(np.atleast_2d(deviation), allowed))
+    check = judged(name, labels, share.max(axis=0) > 1)
+    if not share.size:
         return check
-    row = int(share.argmax())
-    return replace(check, worst=float(deviation[row]), share=float(share[row]))
+    worst = np.unravel_index(share.T.argmax(), share.T.shape)[::-1]
+    return replace(check, worst=float(np.atleast_2d(deviation)[worst]), share=float(share[worst]))
 
 
 @dataclass(frozen=True)
@@ -238,7 +242,7 @@ def stored_orbits(connection: Connection, number: int, block: Block) -> tuple[In
     blank = np.full(block.p, np.nan, dtype="<f8").tobytes()
     places = np.frombuffer(b"".join(blob or blank for blob in values["coordinates"]), dtype="<f8")
     orbits = Orbits(
-        words=from_strings(words) if rows else np.zeros((0, block.p), np.uint8),
+        words=from_strings(words).reshape(len(rows), block.p),
         status=np.array(values["status"], dtype=str),
         coordinates=places.astype(float).reshape(len(rows), block.p),
         iterations=np.array(values["iterations"], dtype=np.int64),

@@ -36,6 +36,7 @@ from orbitdb.verification.checks import (
     Part,
     blocks,
     by_period,
+    differences,
     is_chosen,
     judged,
     listed,
@@ -99,9 +100,7 @@ def _wrong_counts(
 ) -> Iterator[str]:
     """Yield the wrong counts of a filled period, given its numbers of words and classes by status."""
     expected = counts_when_done(row["p"], statuses) | {"words": count_admissible(row["p"])}
-    for name, value in expected.items():
-        if row[name] != value:
-            yield f"{name} is {row[name]} instead of {value}"
+    yield from differences(row, expected)
     solved = sum(count for _, count in statuses.values())
     if solved != classes:
         yield f"{solved} of {classes} classes have a row"
@@ -129,19 +128,14 @@ def _compared(of_pruned: bool, block: Block, connection: Connection) -> Iterator
     rows = connection.execute(query, {"ids": as_list(block.ids)}).fetchall()
     words = [row[2] for row in rows]
     symbols = from_strings(words)
-    broken, primitive = rules_broken(symbols), are_primitive(symbols)
-    if of_pruned:
-        right = (broken > 0) & primitive
-        expected = _pruned_rows(words, block.p, broken.tolist())
-    else:
-        right = (broken == 0) & primitive
-        expected = _class_rows(words, block.p)
+    broken = rules_broken(symbols)
+    expected = _pruned_rows(words, block.p, broken.tolist()) if of_pruned else _class_rows(words, block.p)
     same = [
         row == (_id(columns[1], of_pruned, row[0]), *columns)
         for row, columns in zip(rows, expected, strict=True)
     ]
-    wrong = ~(right & np.array(same))
-    yield judged("classes", words, wrong)
+    right = np.array(same) & ((broken > 0) == of_pruned) & are_primitive(symbols)
+    yield judged("classes", words, ~right)
 
 
 def _id(word: str, of_pruned: bool, stored: int) -> int:

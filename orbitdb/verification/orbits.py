@@ -19,17 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb import __version__
-from orbitdb.arrays import Floats, Integers, Marks
+from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.legs import Derivatives, Legs, cut, derivatives, direction_limits
 from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.orbits.error_bounds import direction_errors, enclosed_areas
 from orbitdb.orbits.newton import certificates, newton, solve_admissible
-from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits, Status
+from orbitdb.orbits.status import EXISTING, Orbits, Status
 from orbitdb.store.file import Reader
 from orbitdb.store.selection import Selection
 from orbitdb.store.writing import Writer, replace_certificates
+from orbitdb.symbols.symmetry import class_of, encloses_nothing
 from orbitdb.symbols.words import to_strings
 from orbitdb.text import exact
 from orbitdb.verification.checks import (
@@ -39,6 +40,7 @@ from orbitdb.verification.checks import (
     judged,
     measured,
     sampled_classes,
+    shares,
     stadium_id,
     stored_orbits,
 )
@@ -95,23 +97,23 @@ class _Path:
         third and fourth arrays are the errors of the diagonal and of the couplings.
         """
         path = np.stack([self.links.before, self.links.after])
-        stretch = np.stack([_before(self.stretch), self.stretch])
+        stretch = np.stack([_previous(self.stretch), self.stretch])
         own = self.sine**2 / path
         loose = (2 * self.sine * self.tilt + self.tilt**2) / path + own * stretch / path
         sines = np.where(self.curved, self.sine.sum(axis=0), 0.0)
         loose_sines = np.where(self.curved, self.tilt.sum(axis=0), 0.0)
-        coupling = self.sine[1] * _behind(self.sine[0]) / path[1]
-        angles = self.sine[1] * self.tilt[1] + _behind(self.sine[0] * self.tilt[0])
-        tangents = self.place + _behind(self.place) + 4 * EPSILON
+        coupling = self.sine[1] * _next(self.sine[0]) / path[1]
+        angles = self.sine[1] * self.tilt[1] + _next(self.sine[0] * self.tilt[0])
+        tangents = self.place + _next(self.place) + 4 * EPSILON
         loose_coupling = (angles + tangents) / path[1] + coupling * self.stretch / path[1]
         return own.sum(axis=0), coupling, loose.sum(axis=0) + loose_sines, loose_coupling, sines
 
 
-def _before(values: Floats) -> Floats:
+def _previous(values: Floats) -> Floats:
     return np.roll(values, 1, axis=1)
 
 
-def _behind(values: Floats) -> Floats:
+def _next(values: Floats) -> Floats:
     return np.roll(values, -1, axis=1)
 
 
@@ -166,13 +168,12 @@ def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str])
     words, x = orbits.words, orbits.coordinates
     ends = np.where(path.curved, HALF_PI, stadium.a)
     margin = (ends - np.abs(x)).min(axis=1)
-    allowed = path.place[:, 0]
     sense = np.where(words >= 4, -1.0, 1.0)
     in_run = words == np.roll(words, -1, axis=1)
-    backwards = np.where(in_run, sense * (x - _behind(x)), 0.0).max(axis=1)
+    backwards = np.where(in_run, sense * (x - _next(x)), 0.0).max(axis=1)
     outside = np.where(orbits.status == Status.BOUNDARY.value, np.abs(margin), -margin)
     deviation = np.stack([outside.clip(0.0), backwards.clip(0.0), np.abs(orbits.margin - margin)])
-    return measured("walls", labels, deviation, np.stack([allowed] * 3))
+    return measured("walls", labels, deviation, path.place[:, 0])
 
 
 def _reflection(path: _Path, labels: Sequence[str]) -> Check:
@@ -194,7 +195,7 @@ def _length_and_area(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequ
     total = path.links.after.sum(axis=1)
     points = stadium.points(orbits.words, orbits.coordinates)
     x, y = np.moveaxis(points - points[:, :1], -1, 0)
-    area = (x * _behind(y) - y * _behind(x)).sum(axis=1) / 2
+    area = (x * _next(y) - y * _next(x)).sum(axis=1) / 2
     place, p = path.place[:, 0], orbits.words.shape[1]
     moved = place * total + p * place**2 / 2 + p * EPSILON * (stadium.a + 1) * total
     deviation = np.stack([np.abs(orbits.length - total), np.abs(orbits.area - area)])
@@ -208,9 +209,9 @@ def _lambda(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
     Words whose bounces on a semicircle are too close together to determine lambda are skipped.
     """
     middle, spread = _exponents(orbits, path)
-    told = np.flatnonzero(spread < _VAGUE * (1 + middle))
-    deviation, allowed = np.abs(orbits.lyapunov - middle)[told], (orbits.lyapunov_error + spread)[told]
-    return measured("lambda", [labels[row] for row in told.tolist()], deviation, allowed)
+    sure = np.flatnonzero(spread < _VAGUE * (1 + middle))
+    deviation, allowed = np.abs(orbits.lyapunov - middle)[sure], (orbits.lyapunov_error + spread)[sure]
+    return measured("lambda", [labels[row] for row in sure.tolist()], deviation, allowed)
 
 
 def _exponents(orbits: Orbits, path: _Path) -> tuple[Floats, Floats]:
@@ -225,8 +226,8 @@ def _exponents(orbits: Orbits, path: _Path) -> tuple[Floats, Floats]:
     sine = path.sine.mean(axis=0)
     angle = path.tilt.max(axis=0)
     foot, loose_foot = (np.where(path.curved, part, 0.0) for part in (sine, angle))
-    drift = path.links.after - foot - _behind(foot)
-    loose = path.stretch + loose_foot + _behind(loose_foot)
+    drift = path.links.after - foot - _next(foot)
+    loose = path.stretch + loose_foot + _next(loose_foot)
 
     def exponents(shift: int) -> Floats:
         drifts = np.maximum(drift + shift * loose, 0.0)
@@ -252,13 +253,13 @@ def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str
     words, p = orbits.words, orbits.words.shape[1]
     own, coupling, loose, loose_coupling, sines = path.bend()
     scale = 1 / np.sqrt(own + sines)
-    beside = scale * _behind(scale)
+    beside = scale * _next(scale)
     links = couplings_of(path.links, stadium.tangents(words, orbits.coordinates))
     matrix = hessian(stadium, words, orbits.coordinates) * scale[:, :, None] * scale[:, None, :]
     eigenvalues = np.linalg.eigvalsh(_finite(matrix))
     off, loose_off = coupling * beside, loose_coupling * beside
-    norm = (loose * scale**2 + loose_off + _before(loose_off)).max(axis=1)
-    norm += 4 * p * EPSILON * (1 + off + _before(off)).max(axis=1)
+    norm = (loose * scale**2 + loose_off + _previous(loose_off)).max(axis=1)
+    norm += 4 * p * EPSILON * (1 + off + _previous(off)).max(axis=1)
     least = np.abs(eigenvalues).min(axis=1)
     sure = np.flatnonzero(least > 2 * norm)
     labels = [labels[row] for row in sure.tolist()]
@@ -292,12 +293,10 @@ def check_against(stored: Orbits, stadium: Stadium) -> Iterator[Check]:
     yield judged("statuses", labels, (stored.status != fresh.status) | wrong_side | undecided)
     both = np.flatnonzero(np.isin(stored.status, EXISTING) & np.isin(fresh.status, EXISTING))
     kept, solved = stored.rows(both), fresh.rows(both)
-    deviation, allowed = [], []
-    for name, bound in BOUNDED.items():
-        distance = np.abs(getattr(kept, name) - getattr(solved, name))
-        deviation.append(distance.max(axis=1) if distance.ndim == 2 else distance)
-        allowed.append(getattr(kept, bound) + getattr(solved, bound))
-    yield measured("bounds", [labels[row] for row in both], np.stack(deviation), np.stack(allowed))
+    apart = [np.abs(getattr(kept, name) - getattr(solved, name)) for name in BOUNDED]
+    deviation = np.stack([distance.max(axis=1) if distance.ndim == 2 else distance for distance in apart])
+    allowed = np.stack([getattr(kept, bound) + getattr(solved, bound) for bound in BOUNDED.values()])
+    yield measured("bounds", [labels[row] for row in both], deviation, allowed)
 
 
 def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.random.Generator) -> Check:
@@ -310,21 +309,20 @@ def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.rand
     text = to_strings(words)
     for rows, legs in cut(words):
         labels = [text[row] for row in rows]
-        first = newton(legs, stadium.a).alpha
-        first_error = _errors(legs, stadium.a, first)
+        first, first_error = _solved(legs, stadium.a)
         low, high = direction_limits(legs, stadium.a)
         for _ in range(times):
-            again = newton(legs, stadium.a, start=rng.uniform(low, high)).alpha
-            error = _errors(legs, stadium.a, again)
+            again, error = _solved(legs, stadium.a, rng.uniform(low, high))
             rest = np.flatnonzero(error.max(axis=0) < _SETTLED)
             apart, allowed = np.abs(again - first)[:, rest], (error + first_error)[:, rest]
             joint = joint.joined(measured("restarts", [labels[row] for row in rest], apart, allowed))
     return joint
 
 
-def _errors(legs: Legs, a: float, alpha: Floats) -> Floats:
-    slopes = derivatives(legs, a, alpha)
-    return direction_errors(legs, a, alpha, slopes)
+def _solved(legs: Legs, a: float, start: Floats | None = None) -> tuple[Floats, Floats]:
+    """Return the directions to which Newton's method converges, and bounds on their errors."""
+    alpha = newton(legs, a, start=start).alpha
+    return alpha, direction_errors(legs, a, alpha, derivatives(legs, a, alpha))
 
 
 _BATCH = 256
@@ -338,84 +336,72 @@ def certify(path: Path, selection: Selection, sample: int | None = None, seed: i
     Rows that have a certificate are skipped. Each batch is stored in one transaction; after an interruption,
     the next run continues from there. The parameters are those of `orbitdb.verification.verify.verify`.
     """
-    place = f"at a = {exact(selection.a)}"
+    place, stadium = f"at a = {exact(selection.a)}", Stadium(selection.a)
     source = Reader(path)
     with source.moment() as moment:
         number = stadium_id(moment, selection.a)
         if number is None:
             return
         chosen = sampled_classes(moment, selection, sample, np.random.default_rng(seed))
-        proved = moment.execute("SELECT cycle FROM certificate WHERE stadium = ?", (number,))
-        known = np.array(proved.fetchall(), np.int64)
-    todo = {p: np.setdiff1d(ids, known) for p, ids in chosen.items()}
+        cycles = moment.execute("SELECT cycle FROM certificate WHERE stadium = ?", (number,))
+        certified = np.array(cycles.fetchall(), np.int64)
+    todo = {p: np.setdiff1d(ids, certified) for p, ids in chosen.items()}
     with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
         for block in blocks(todo, _BATCH):
             with source.moment() as moment:
                 ids, stored = stored_orbits(moment, number, block)
-            check, proofs = _prove_block(ids, stored, Stadium(selection.a))
+            check, proved, radii, precisions = prove(with_bounds(stored, stadium), stadium)
+            rows = zip(ids.tolist(), proved, radii, precisions, strict=True)
+            entries = [(of_class, radius, bits) for of_class, is_proved, radius, bits in rows if is_proved]
             with writer.writing() as connection:
-                replace_certificates(writer, connection, number, block.ids.tolist(), proofs, __version__)
+                replace_certificates(writer, connection, number, block.ids.tolist(), entries, __version__)
             stage = f"proofs {place}, p = {block.p}"
             yield Checked(stage, block.done, block.total, (check.at(place),))
 
 
-def _prove_block(
-    ids: Integers, stored: Orbits, stadium: Stadium
-) -> tuple[Check, list[tuple[int, float, int]]]:
-    """Prove rows of one period; return the check, and the id, radius and precision of each proved row."""
-    if not len(ids):
-        return Check("certificates", 0), []
-    check, proved, radius, bits = prove(with_bounds(stored, stadium), stadium)
-    entries = zip(ids.tolist(), radius.tolist(), bits, proved.tolist(), strict=True)
-    return check, [(number, *proof) for number, *proof, is_proved in entries if is_proved]
-
-
-def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, Marks, Floats, Sequence[int]]:
+def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, list[bool], list[float], list[int]]:
     """Prove N stored rows in ball arithmetic.
 
     A row is proved if its status is that of the enclosure and, for an orbit, all coordinates, the length,
-    lambda and the margin differ from the true values by no more than the row's bounds.
+    lambda, the area and the margin differ from the true values by no more than the row's bounds.
 
     Returns
     -------
     check : Check
-        A row's deviation is that of the coordinates, length, lambda or margin with the largest share.
-    proved : ndarray of bool, shape (N,)
-    radius : ndarray, shape (N,)
+        A row's deviation is that of the coordinates, length, lambda, area or margin with the largest share.
+    proved : list of bool
+    radius : list of float
         Proved distance of the stored coordinates from the true ones; 0 without coordinates.
-    bits : sequence of int
+    bits : list of int
         Precision of each proof.
     """
-    labels = to_strings(stored.words)
     enclosed = certificates(stored.words, stadium)
-    distances = np.array([_distances(stored, row, ball, stadium) for row, ball in enumerate(enclosed)])
-    doubtful = np.flatnonzero(~(distances[:, 1] <= distances[:, 2]))
-    sharper = certificates(stored.words[doubtful], stadium, _SHARP) if len(doubtful) else []
-    for row, ball in zip(doubtful.tolist(), sharper, strict=True):
-        enclosed[row], distances[row] = ball, _distances(stored, row, ball, stadium)
-    radius, deviation, allowed = distances.T
-    check = measured("certificates", labels, deviation, allowed)
-    return check, deviation <= allowed, radius, [ball.precision for ball in enclosed]
+    deviation, allowed = _distances(stored, enclosed, stadium)
+    doubtful = np.flatnonzero((shares(deviation, allowed) > 1).any(axis=0))
+    sharper = certificates(stored.words[doubtful], stadium, _SHARP)
+    deviation[:, doubtful], allowed[:, doubtful] = _distances(stored.rows(doubtful), sharper, stadium)
+    bits = np.array([ball.precision for ball in enclosed], np.int64)
+    bits[doubtful] = [ball.precision for ball in sharper]
+    check = measured("certificates", to_strings(stored.words), deviation, allowed)
+    proved = np.all(shares(deviation, allowed) <= 1, axis=0)
+    return check, proved.tolist(), deviation[0].tolist(), bits.tolist()
 
 
-def _distances(stored: Orbits, row: int, ball: "Enclosure", stadium: Stadium) -> tuple[float, float, float]:
-    """Return the largest distance of a coordinate from its ball, and the worst distance with its bound.
+def _distances(stored: Orbits, enclosed: "Sequence[Enclosure]", stadium: Stadium) -> tuple[Floats, Floats]:
+    """Return the distances of the stored numbers from the true ones, and the allowed ones, shape (5, N).
 
-    The worst distance has the largest share of its bound, and is infinite if the status is wrong.
+    The numbers are the coordinates, length, lambda, area and margin. All distances are infinite if the status
+    is wrong, and 0 if the word is not an orbit. An area that an odd symmetry makes 0 is exact.
     """
-    from orbitdb.orbits.balls import distance
+    from orbitdb.orbits.balls import true_errors
 
-    if ball.status.value != stored.status[row] or ball.status is Status.UNRESOLVED:
-        return 0.0, np.inf, 1.0
-    if ball.status.value not in EXISTING:
-        return 0.0, 0.0, 1.0
-    numbers = {name: float(getattr(stored, name)[row]) for name in NUMBERS}
-    places = zip(ball.coordinates, stored.coordinates[row].tolist(), strict=True)
-    radius = max(distance(*place) for place in places)
-    pairs = (
-        (radius, numbers["error"]),
-        (distance(ball.length, numbers["length"]), numbers["length_error"]),
-        (distance(ball.lyapunov, numbers["lyapunov"]), numbers["lyapunov_error"]),
-        (distance(ball.margin, numbers["margin"]), numbers["error"] + rounding_of_places(stadium)),
-    )
-    return radius, *max(pairs, key=lambda pair: pair[0] / pair[1] if pair[1] > 0 else np.inf)
+    distances = np.array(true_errors(stored, enclosed)).reshape(5, len(stored))
+    place = stored.error + rounding_of_places(stadium)
+    allowed = np.stack([stored.error, stored.length_error, stored.lyapunov_error, stored.area_error, place])
+    stabilisers = np.array([class_of(word).stabiliser for word in to_strings(stored.words)], np.uint8)
+    distances[3] = np.where(encloses_nothing(stabilisers), np.abs(stored.area), distances[3])
+    status = np.array([ball.status.value for ball in enclosed], str)
+    nothing = ~np.isin(status, EXISTING)
+    distances[:, nothing], allowed[:, nothing] = 0.0, 1.0
+    distances[:, (status != stored.status) | (status == Status.UNRESOLVED.value)] = np.inf
+    return distances, allowed

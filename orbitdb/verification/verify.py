@@ -6,7 +6,7 @@ new solution (`orbitdb.verification.orbits`), and so must births, sweeps and lev
 """
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import closing
 from dataclasses import asdict, dataclass
 from functools import partial
 from itertools import chain
@@ -16,14 +16,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import AlteredError, InputError
+from orbitdb.errors import InputError
 from orbitdb.extras import data_frame
-from orbitdb.filling.workers import at_work
+from orbitdb.filling.workers import HERE, Workers, at_work
 from orbitdb.orbits.status import EXISTING
-from orbitdb.progress import Tell
+from orbitdb.progress import Tell, nobody
 from orbitdb.store.connection import Connection, Moment
 from orbitdb.store.file import reading
-from orbitdb.store.fills import read_fills
 from orbitdb.store.paths import need_place, place
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact, several
@@ -52,8 +51,6 @@ from orbitdb.verification.orbits import certify, check_against, check_consistenc
 if TYPE_CHECKING:
     import pandas
 
-    from orbitdb.filling.workers import Workers
-
 
 PROMISES = {
     "file": "SQLite finds the file sound, every reference points to a row, and every value can be read",
@@ -78,15 +75,6 @@ PROMISES = {
 """The checks, in the order of the report."""
 
 
-def report(steps: Iterable[Checked]) -> list[Check]:
-    """Join the checks of all steps by name, in the order of `PROMISES`."""
-    joined: dict[str, Check] = {}
-    for step in steps:
-        for check in step.checks:
-            joined[check.name] = joined[check.name].joined(check) if check.name in joined else check
-    return [joined[name] for name in PROMISES if name in joined]
-
-
 def verify(
     moment: Moment,
     selections: Sequence[Selection],
@@ -94,7 +82,8 @@ def verify(
     restarts: int = 0,
     seed: int = 0,
     missing_births: bool = False,
-    workers: "Workers | None" = None,
+    jobs: int | None = 1,
+    workers: Workers | None = None,
 ) -> Generator[Checked]:
     """Recompute a catalogue, compare, and yield the results block by block.
 
@@ -106,7 +95,7 @@ def verify(
     selections : sequence of Selection
         What to check, one for each a. The file itself is always checked. Counts, births and the words of
         classes are checked in the chosen periods, or in all periods if there are no selections; orbits are
-        checked only in classes with chosen words.
+        checked only in classes with chosen words, and levels unless periods are chosen.
     sample : int, optional
         Check the orbits of only this many of the chosen classes at each a, drawn at random.
     restarts : int, optional
@@ -115,8 +104,9 @@ def verify(
         Seed for the sample and the restarts.
     missing_births : bool, optional
         Also prove that no birth or death is missing.
-    workers : Workers, optional
-        Processes that check all parts but births and sweeps; the result does not depend on them.
+    jobs, workers : optional
+        Processes that check all parts but births and sweeps, as in `at_work`; the result does not depend on
+        them.
 
     Yields
     ------
@@ -134,16 +124,18 @@ def verify(
             for block in blocks(ids)
         ),
         change_parts(moment, selections, sample, rng),
-        level_parts(moment),
+        level_parts(moment, selections),
     )
-    if workers is None:
-        yield from (part.checked(moment) for part in parts)
-    else:
-        yield from workers.solved(partial(checked_apart, moment.path, part) for part in parts)
+    solutions = (4 + restarts) * sum(len(ids) for at_a in classes.values() for ids in at_a.values())
+    with at_work(solutions / _CLASSES_A_SECOND, jobs, workers) as at_hand:
+        if at_hand is HERE:
+            yield from (part.checked(moment) for part in parts)
+        else:
+            yield from at_hand.solved(partial(checked_apart, moment.path, part) for part in parts)
     yield Part("births", partial(check_births, selections)).checked(moment)
     if missing_births:
         yield from prove_lives(moment, whole_births(moment, selections))
-    yield Part("sweeps", lambda _: check_sweeps(moment, selections)).checked(moment)
+    yield Part("sweeps", partial(check_sweeps, selections)).checked(moment)
 
 
 def _orbits(a: float, restarts: int, seed: int, block: Block, connection: Connection) -> Iterator[Check]:
@@ -151,10 +143,10 @@ def _orbits(a: float, restarts: int, seed: int, block: Block, connection: Connec
     number = stadium_id(connection, a)
     if number is None:
         return
-    ids, stored = stored_orbits(connection, number, block)
-    if not len(ids):
+    _, stored = stored_orbits(connection, number, block)
+    if not len(stored):
         return
-    stadium, place = Stadium(a), f"at a = {exact(a)}"
+    stadium = Stadium(a)
     with np.errstate(all="ignore"):  # stored numbers can be anything
         stored = with_bounds(stored, stadium)
         checks = list(check_against(stored, stadium))
@@ -163,17 +155,18 @@ def _orbits(a: float, restarts: int, seed: int, block: Block, connection: Connec
     if restarts:
         rng = np.random.default_rng([seed, block.done - len(block.ids)])
         checks.append(restart(stored.words, stadium, restarts, rng))
-    yield from (check.at(place) for check in checks)
+    yield from (check.at(f"at a = {exact(a)}") for check in checks)
 
 
-def is_known(moment: Moment, a: float) -> bool:
-    """Tell whether anything is stored for this a: rows, sums, averages, bounds or levels."""
-    tables = ("stadium", "entropy_bound", "level_fill")
-    return any(moment.scalar(f"SELECT 1 FROM {table} WHERE a = ?", (a,)) for table in tables)
+def verifiable(connection: Connection) -> list[float]:
+    """Return the values of a, in order, at which anything is stored that can be verified."""
+    return [
+        a for (a,) in connection.execute("SELECT a FROM stadium UNION SELECT a FROM level_fill ORDER BY a")
+    ]
 
 
-_STARTS_A_SECOND = 800_000
-"""Number of words solved per second from a random start; all other checks take as long as four starts."""
+_CLASSES_A_SECOND = 100_000
+"""Number of classes solved per second from a random start; all other checks take as long as four starts."""
 
 
 @dataclass(frozen=True)
@@ -206,18 +199,24 @@ class Verification:
     def __repr__(self) -> str:
         if self.sound:
             return f"<sound: {several(len(self.checks), 'check')}>"
-        told = "; ".join(f"{check.name}: {check.first}" for check in self.failed)
-        return f"<{len(self.failed)} of {several(len(self.checks), 'check')} failed: {told}>"
+        first = "; ".join(f"{check.name}: {check.first}" for check in self.failed)
+        return f"<{len(self.failed)} of {several(len(self.checks), 'check')} failed: {first}>"
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a data frame, one row per check."""
         return data_frame(map(asdict, self.checks)).rename(columns={"name": "check"})
 
 
-_TOLD = "checked it: give the same command again to check the file you mean"
+def report(steps: Iterable[Checked]) -> list[Check]:
+    """Join the checks of all steps by name, in the order of `PROMISES`."""
+    joined: dict[str, Check] = {}
+    for step in steps:
+        for check in step.checks:
+            joined[check.name] = joined[check.name].joined(check) if check.name in joined else check
+    return [joined[name] for name in PROMISES if name in joined]
 
 
-def verification_steps(
+def verified(
     path: Path,
     selections: Sequence[Selection],
     sample: int | None = None,
@@ -226,7 +225,8 @@ def verification_steps(
     births: bool = False,
     rigorous: bool = False,
     jobs: int | None = None,
-) -> Generator[Checked]:
+    tell: Tell = nobody,
+) -> Verification:
     """Verify a catalogue, in several processes if it is large; if `rigorous`, also prove its rows.
 
     The other parameters are those of `verify` and `orbitdb.verification.orbits.certify`.
@@ -240,24 +240,23 @@ def verification_steps(
         raise InputError(f"sample {sample}: give 1 or more")
     if restarts < 0:
         raise InputError(f"restarts {restarts}: give 0 or more")
-    was = place(path)
-    with reading(path) as moment:
-        known = 0
-        with suppress(AlteredError):  # the verification itself reports it
-            fills = ((each, fill) for each in selections for fill in read_fills(moment, each.a))
-            known = sum(fill.words for each, fill in fills if each.includes(fill.p))
-        checked = known if sample is None else min(sample, known)
-        with at_work((4 + restarts) * checked / _STARTS_A_SECOND, jobs) as workers:
-            here = workers if workers.jobs > 1 else None
-            yield from verify(moment, selections, sample, restarts, seed, births, here)
-    for selection in selections if rigorous else ():
-        need_place(path, was, _TOLD)
-        yield from certify(path, selection, sample, seed)
-    need_place(path, was, _TOLD)
+
+    def steps() -> Generator[Checked]:
+        opened = place(path)
+        with reading(path) as moment:
+            yield from verify(moment, selections, sample, restarts, seed, births, jobs)
+        for selection in selections if rigorous else ():
+            need_place(path, opened, _REPLACED)
+            yield from certify(path, selection, sample, seed)
+        need_place(path, opened, _REPLACED)
+
+    def shown() -> Iterator[Checked]:
+        for step in going:
+            tell(step.done, step.total if step.total > 1 else 0, step.stage)
+            yield step
+
+    with closing(steps()) as going:  # ends its processes if it is interrupted
+        return Verification(tuple(report(shown())))
 
 
-def told(steps: Iterable[Checked], tell: Tell) -> Iterator[Checked]:
-    """Yield the given steps, and report their progress."""
-    for step in steps:
-        tell(step.done, step.total if step.total > 1 else 0, step.stage)
-        yield step
+_REPLACED = "checked it: give the same command again to check the file you mean"

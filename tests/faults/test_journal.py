@@ -15,7 +15,7 @@ from orbitdb.filling.fill import fill_periods
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
 from orbitdb.store.writing import Writer
-from orbitdb.verification.verify import verification_steps
+from orbitdb.verification.verify import verified
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="an open file cannot be replaced there")
 
@@ -221,15 +221,16 @@ def test_a_question_leaves_no_journal_of_a_deleted_file(filled):
 def test_verify_fails_if_its_file_is_replaced_or_deleted(filled, replaced, rigorous):
     good = shutil.copy(filled, filled.with_name("good.db"))
     content = good.read_bytes()
-    steps = verification_steps(filled, [Selection(1.6)], rigorous=rigorous, jobs=1)
-    next(steps)
-    if replaced:
-        good.replace(filled)
-    else:
-        filled.unlink()
-        good.unlink()
+
+    def lose(*progress: object) -> None:
+        if good.exists() and replaced:
+            good.replace(filled)
+        elif good.exists():
+            filled.unlink()
+            good.unlink()
+
     with pytest.raises(StoreError, match="replaced" if replaced else "deleted"):
-        list(steps)
+        verified(filled, [Selection(1.6)], rigorous=rigorous, jobs=1, tell=lose)
     assert [each.name for each in filled.parent.iterdir()] == [filled.name] * replaced
     assert not replaced or filled.read_bytes() == content
 

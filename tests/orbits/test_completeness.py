@@ -12,9 +12,9 @@ from orbitdb.orbits.births import find_changes
 from orbitdb.orbits.continuation import motion
 from orbitdb.orbits.missing_births import (
     ROUNDING,
+    Completeness,
     Kind,
     Reach,
-    Verdict,
     displaced,
     firmness,
     forcing,
@@ -40,11 +40,11 @@ def test_a_dying_word_is_proved_only_with_all_its_changes():
     right = known(find_changes(words))
     assert [born for *_, born in right] == [True, False, True]
     proved, cells_judged = prove_all(words, [right])
-    assert proved.tolist() == [Verdict.PROVED]
+    assert proved.tolist() == [Completeness.PROVED]
     assert cells_judged < 120  # as narrow as sharp bounds require
     shifted = [(low - 0.3, high - 0.3, born) for low, high, born in right[:1]]
     for wrong in (right[:1], right[2:], [], [*shifted, *right[1:]], [*right[:1], *shifted, *right[1:]]):
-        assert prove_all(words, [wrong])[0].tolist() == [Verdict.WRONG]
+        assert prove_all(words, [wrong])[0].tolist() == [Completeness.WRONG]
 
 
 @pytest.mark.slow
@@ -54,7 +54,7 @@ def test_all_births_of_a_period_are_proved():
     mine = [[each for each, word in zip(known(changes), changes.word.tolist(), strict=True) if word == row]
             for row in range(len(words))]  # fmt: skip
     verdict, number = prove_all(words, mine)
-    assert (verdict == Verdict.PROVED).all()
+    assert (verdict == Completeness.PROVED).all()
     assert number > 100 * len(words)
 
 
@@ -102,11 +102,11 @@ def test_verdicts_agree_with_the_lives_that_segments_allow(length, alive):
             elsewhere = [(-9.0, -8.9, True), *changes, (9.0, 9.1, False)]
             assert walk(segments, elsewhere, alive) == verdict
             verdicts.add(verdict)
-            if verdict == Verdict.PROVED:
+            if verdict == Completeness.PROVED:
                 assert {life for life in allowed if all(map(holds, births, life))} == {births}
-            elif verdict == Verdict.WRONG:
+            elif verdict == Completeness.WRONG:
                 assert births not in allowed
-    assert verdicts == set(Verdict)
+    assert verdicts == set(Completeness)
 
 
 SLOW = [pytest.param(a, marks=pytest.mark.slow) for a in (0.021, 0.11, 0.9, 1.7, 40.0)]

@@ -110,6 +110,16 @@ def test_only_births_of_chosen_periods_are_checked_again(sound):
     assert not found.failures
 
 
+def test_levels_are_checked_at_the_chosen_a_unless_periods_are_chosen(sound_levels, cli):
+    db = ["--db", str(sound_levels)]
+    nothing = cli("verify", "--p", "2-4", "--json", *db)
+    assert nothing.code == 1
+    assert "levels" not in nothing.out
+    assert "1 quantum level" in cli("verify", *db).err
+    assert "levels" not in checks(sound_levels, Selection(1.0))
+    assert checks(sound_levels, Selection(1.6))["levels"].rows > 0
+
+
 @pytest.mark.parametrize("name", ALTERATIONS)
 def test_every_alteration_is_found(request, tmp_path, name):
     statement, check = ALTERATIONS[name]

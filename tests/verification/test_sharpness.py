@@ -10,6 +10,7 @@ from solutions import representatives
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import solve
 from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits
+from orbitdb.symbols.symmetry import class_of
 from orbitdb.symbols.words import from_strings, parse, to_strings
 from orbitdb.verification.orbits import BOUNDED, check_against, check_consistency, prove, restart
 
@@ -132,21 +133,29 @@ def test_proofs_accept_exactly_the_allowed_deviations(solved):
     """A margin may be off by the error of a position and its rounding, other numbers by their own bounds."""
     stadium, rows = Stadium(1.0), solved.rows(np.flatnonzero(np.isin(solved.status, EXISTING))[:6])
     check, proved, radius, bits = prove(rows, stadium)
-    assert proved.all()
+    assert proved == [True] * 6
     assert (check.failures, set(bits)) == (0, {128})
     assert (radius <= rows.error).all()
     place = 4 * EPS * 3.0
-    bounded = {name: bound for name, bound in BOUNDED.items() if name != "area"}  # it follows from the path
     allowed: dict[str, float] = {"margin": first(rows, "error", 2) + place}
-    allowed |= {name: first(rows, bound, 2) for name, bound in bounded.items()}
+    allowed |= {name: first(rows, bound, 2) for name, bound in BOUNDED.items()}
     for name, most in allowed.items():
         for by, right in ((0.3, True), (3.0, False)):
             moved = changed(rows, name, 2, first(rows, name, 2) + by * most)
             check, proved, *_ = prove(moved, stadium)
-            assert proved.tolist() == [right or row != 2 for row in range(6)], (name, by)
-    for bound in bounded.values():
+            assert proved == [right or row != 2 for row in range(6)], (name, by)
+    for bound in BOUNDED.values():
         check, proved, *_ = prove(changed(rows, bound, 2, 0.0), stadium)
-        assert proved.tolist() == [row != 2 for row in range(6)]
+        assert proved == [row != 2 for row in range(6)]
         assert check.share == np.inf
     wrong = replace(rows, status=np.where(np.arange(6) == 4, "dynamical", rows.status))
-    assert prove(wrong, stadium)[1].tolist() == [True] * 4 + [False, True]
+    assert prove(wrong, stadium)[1] == [True] * 4 + [False, True]
+
+
+def test_an_area_that_symmetry_makes_0_is_proved_exactly():
+    solved = solve(from_strings(["0103", "0123", "0113"]), Stadium())
+    stabilisers = [class_of(word).stabiliser for word in to_strings(solved.words)]
+    orbits = solved.with_symmetries(np.array(stabilisers, np.uint8))
+    assert (orbits.area_error == 0).tolist() == [True, False, False]
+    assert prove(orbits, Stadium())[1] == [True] * 3
+    assert prove(changed(orbits, "area", 0, 1e-300), Stadium())[1] == [False, True, True]

@@ -41,18 +41,18 @@ def swept(swept_once: Path, tmp_path: Path) -> Callable[..., list[Check]]:
         with closing(sqlite3.connect(path)) as plain, plain:
             plain.execute(f"UPDATE sweep SET {change} WHERE p = 5", values)
         with reading(path) as moment:
-            return list(check_sweeps(moment, BOTH))
+            return list(check_sweeps(BOTH, moment))
 
     return found
 
 
-def told(checks: list[Check]) -> list[tuple[str, str | None]]:
+def failures(checks: list[Check]) -> list[tuple[str, str | None]]:
     return [(check.name, check.first) for check in checks if check.failures]
 
 
 def test_sound_sweeps_pass_and_are_counted_once(swept):
     found = swept()
-    assert not told(found)
+    assert not failures(found)
     assert [sum(check.rows for check in found if check.name == name) for name in ("sweeps", "sums")] == [3, 3]
     (only,) = {check.name: check for check in found if check.name == "sums"}.values()
     assert 0 <= only.share < 0.5
@@ -68,12 +68,12 @@ def test_sound_sweeps_pass_and_are_counted_once(swept):
     ],
 )
 def test_impossible_counts_are_found(swept, change, first):
-    assert told(swept(change))[0] == ("sweeps", f"p = 5 at a = 1.6: {first}")
+    assert failures(swept(change))[0] == ("sweeps", f"p = 5 at a = 1.6: {first}")
 
 
 def test_sums_without_ranges_are_found(swept):
     found = swept("sums = substr(sums, 1 + 8 * 2 * 3)")  # of three measures
-    assert told(found) == [("sums", "p = 5 at a = 1.6")]
+    assert failures(found) == [("sums", "p = 5 at a = 1.6")]
 
 
 def test_sums_agree_with_new_solutions_up_to_rounding(swept, tmp_path):
@@ -88,7 +88,7 @@ def test_sums_agree_with_new_solutions_up_to_rounding(swept, tmp_path):
         sums = [check for check in found if check.name == "sums"][1]
         assert sums.share == pytest.approx(share, rel=0.4)
         assert sums.worst / sums.share == pytest.approx(1e-12 + 20 * loose, rel=1e-9, abs=0)
-        assert told(found) == ([("sums", "p = 5 at a = 1.6")] if share > 1 else [])
+        assert failures(found) == ([("sums", "p = 5 at a = 1.6")] if share > 1 else [])
 
 
 @pytest.mark.parametrize(
@@ -96,13 +96,13 @@ def test_sums_agree_with_new_solutions_up_to_rounding(swept, tmp_path):
 )
 def test_counts_of_fills_and_of_births_are_compared(swept, fill, tmp_path):
     list(fill(tmp_path / "orbits.db"))
-    assert not told(swept())
+    assert not failures(swept())
     alter(
         tmp_path / "orbits.db",
         "UPDATE fill SET n_c = 82",
         "UPDATE change SET a = 3 WHERE cycle = (SELECT max(cycle) FROM change)",
     )
-    assert there(told(swept())[0][1]).startswith("p = 5 at a = 1.6: n_c is 80 instead of ")
+    assert there(failures(swept())[0][1]).startswith("p = 5 at a = 1.6: n_c is 80 instead of ")
 
 
 @pytest.fixture(scope="module")
