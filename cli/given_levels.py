@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 import typer
 
-from orbitdb.cli.options import number_option
+from orbitdb.cli.options import number_option, read_path
 from orbitdb.cli.output import note
 from orbitdb.errors import InputError
 from orbitdb.text import real
@@ -42,7 +42,7 @@ OF_FILE = ("energies", "frequency", "radius")
 class GivenLevels:
     """The options for a file of levels, and for the parity of its levels."""
 
-    levels: Annotated[Path | None, typer.Option(metavar="FILE", help=_HELP)] = None
+    levels: Annotated[Path | None, typer.Option(metavar="FILE", parser=read_path, help=_HELP)] = None
     parity: Annotated[
         str | None, typer.Option(help="ee, eo, oe or oo, if the levels have one parity [default: all].")
     ] = None
@@ -113,7 +113,7 @@ class GivenLevels:
 class MeasuredLevels(GivenLevels):
     """The options of `GivenLevels`, with the file as an argument."""
 
-    levels: Annotated[Path | None, typer.Argument(metavar="FILE", help=_HELP)] = None
+    levels: Annotated[Path | None, typer.Argument(metavar="FILE", parser=read_path, help=_HELP)] = None
 
 
 def read_range(name: str, text: str) -> tuple[float, float]:

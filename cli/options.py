@@ -1,17 +1,21 @@
-"""Options shared by several commands, singly or in groups, and their completion in the shell."""
+"""Options shared by several commands, singly or in groups: how they are read, and completed in the shell."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import wraps
 from inspect import Parameter, Signature, signature
+from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
+from orbitdb.cli.output import note, repeats
 from orbitdb.errors import InputError
-from orbitdb.text import real, whole
+from orbitdb.store.paths import default_path, home_expanded
+from orbitdb.text import exact, real, whole
 
 if TYPE_CHECKING:
     from orbitdb.store.selection import Selection
@@ -21,15 +25,15 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
     """Replace each parameter that is a dataclass by its fields, which Typer reads as options."""
     groups: dict[str, Any] = {}
     shown = []
-    for each in signature(command).parameters.values():
-        if is_dataclass(each.annotation):
-            groups[each.name] = each.annotation
+    for parameter in signature(command).parameters.values():
+        if is_dataclass(parameter.annotation):
+            groups[parameter.name] = parameter.annotation
             shown += [
                 Parameter(field.name, Parameter.KEYWORD_ONLY, default=field.default, annotation=field.type)
-                for field in fields(each.annotation)
+                for field in fields(parameter.annotation)
             ]
         else:
-            shown.append(each.replace(kind=Parameter.KEYWORD_ONLY))
+            shown.append(parameter.replace(kind=Parameter.KEYWORD_ONLY))
 
     @wraps(command)
     def run(**given: Any) -> None:
@@ -45,7 +49,7 @@ def offered_columns(incomplete: str) -> Iterator[tuple[str, str]]:
     """Offer the columns of the catalogue that are not typed yet."""
     from orbitdb.columns import IN_CATALOGUE
 
-    return _in_list(incomplete, ((each.name, each.brief) for each in IN_CATALOGUE))
+    return _in_list(incomplete, ((column.name, column.brief) for column in IN_CATALOGUE))
 
 
 def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
@@ -61,7 +65,6 @@ def offered_half_lengths(context: typer.Context) -> list[str]:
     from orbitdb.errors import StoreError
     from orbitdb.store.file import reading
     from orbitdb.store.lookup import a_values
-    from orbitdb.text import exact
 
     try:
         with reading(context.params.get("db")) as moment:
@@ -72,20 +75,120 @@ def offered_half_lengths(context: typer.Context) -> list[str]:
 
 def offered_several_half_lengths(context: typer.Context) -> list[str]:
     """Offer the values of a in the catalogue, and ``all``."""
-    return [*offered_half_lengths(context), "all"]
+    return [*offered_half_lengths(context), ALL]
 
 
-def _in_list(incomplete: str, known: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+def _in_list(incomplete: str, names: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
     """Yield the names that can continue a list separated by commas, with their meanings."""
     before, comma, _ = incomplete.rpartition(",")
-    for name, meaning in known:
+    for name, meaning in names:
         if name not in before.split(","):
             yield f"{before}{comma}{name}", meaning
 
 
-def number_option(*flags: str, help: str, offers: Callable[..., list[str]] | None = None) -> Any:
-    """Return an option that takes a number, with optional completion."""
-    return typer.Option(*flags, metavar="NUMBER", parser=_reader(real), help=help, autocompletion=offers)
+# values as text
+
+
+class HalfLengths(tuple[float, ...]):
+    """What one --a stands for: a single a, the values of a grid, or nothing for every stored a."""
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        return ", ".join(map(exact, self))
+
+
+ALL = "all"
+_MOST_VALUES = 1000
+_DIGITS = 6
+
+
+def half_length(text: str) -> float:
+    """Parse a half length; raise a ValueError if no stadium has it."""
+    from orbitdb.billiard.stadium import Stadium
+
+    return Stadium(real(text)).a
+
+
+def half_lengths(text: str) -> HalfLengths:
+    """Parse half lengths such as ``1.6`` or ``0.3:10:40``.
+
+    A grid is logarithmic. Its ends are exact; the values in between are rounded to 6 digits, so that the user
+    can type each of them.
+    """
+    parts = text.split(":")
+    if len(parts) == 1:
+        return HalfLengths([half_length(text)])
+    if len(parts) != 3:
+        raise ValueError(f"{text!r:.40}: give one value, or a grid FROM:TO:COUNT such as 0.3:10:40")
+    low, high, count = half_length(parts[0]), half_length(parts[1]), whole(parts[2])
+    if not (low < high and 2 <= count <= _MOST_VALUES):
+        raise ValueError(
+            f"{text:.40}: a grid has 2 to {_MOST_VALUES} values, from a smaller a to a larger one"
+        )
+    inner = (low * (high / low) ** (i / (count - 1)) for i in range(1, count - 1))
+    values = (low, *(float(f"{a:.{_DIGITS}g}") for a in inner), high)
+    if list(values) != sorted(set(values)):
+        raise ValueError(f"{text:.40}: the ends are too close for {count} values with {_DIGITS} digits")
+    return HalfLengths(values)
+
+
+Asked: TypeAlias = Sequence[HalfLengths] | float | None
+"""The values of all --a, or of one; None if it is not given."""
+
+
+def many_a(asked: Sequence[HalfLengths] | None) -> bool:
+    """Tell whether --a may stand for several values, so that each row must show its a."""
+    return asked is not None and [len(values) for values in asked] != [1]
+
+
+def named(asked: Asked) -> tuple[float, ...] | None:
+    """Return the values given with --a, without duplicates; None for ``all``, or if --a is not given."""
+    if isinstance(asked, float):
+        return (asked,)
+    if asked and len(asked) > 1 and not all(asked):
+        raise InputError(f"--a {ALL} already means every stored a: leave out the others, or list each a")
+    return tuple(dict.fromkeys(chain.from_iterable(asked or ()))) or None
+
+
+_AROUND = " \t\r\n\ufeff"
+"""Characters allowed around a code, including the byte order mark of files from Windows."""
+
+
+def given_codes(*given: Iterable[str] | None) -> Iterator[str]:
+    """Yield the words given as arguments or with ``--code``, unchecked; ``-`` reads one per line of stdin."""
+    try:
+        for code in chain.from_iterable(codes or () for codes in given):
+            if code == "-":
+                yield from (code for line in sys.stdin or () if (code := line.strip(_AROUND)))
+            else:
+                yield code
+    except UnicodeDecodeError:
+        raise InputError("stdin is not text: write one code per line") from None
+
+
+def primitive(code: str) -> str:
+    """Parse a code; if it repeats a shorter word, write a note and return the shorter word."""
+    from orbitdb.symbols.words import parse, primitive_root
+
+    word = parse(code)
+    root = primitive_root(word)
+    if root != word:
+        note(repeats(word, root))
+    return root
+
+
+# single options
+
+
+def number_option(
+    *flags: str,
+    help: str,
+    read: Callable[[str], float] = real,
+    offers: Callable[..., list[str]] | None = None,
+) -> Any:
+    """Return an option that takes a number, such as a `half_length`, with optional completion."""
+    return typer.Option(*flags, metavar="NUMBER", parser=_reader(read), help=help, autocompletion=offers)
 
 
 def count_option(*flags: str, help: str, least: float = -math.inf, most: float = math.inf) -> Any:
@@ -93,33 +196,25 @@ def count_option(*flags: str, help: str, least: float = -math.inf, most: float =
     return typer.Option(*flags, metavar="COUNT", parser=_reader(whole, least, most), help=help)
 
 
-def _reader(
-    reading: Callable[[str], float], least: float = -math.inf, most: float = math.inf
-) -> Callable[[object], float]:
-    def read(given: object) -> float:
+def _reader(reading: Callable[[str], Any], least: float = -math.inf, most: float = math.inf) -> Any:
+    """Return a parser for Typer, whose errors say what is wrong with a value; defaults are not parsed."""
+
+    def read(given: object) -> Any:
         try:
-            number = reading(str(given))
+            value = reading(given) if isinstance(given, str) else given
         except ValueError as error:
             raise typer.BadParameter(str(error)) from None
-        if number < least:
-            raise typer.BadParameter(f"{number} is less than {least}")
-        if number > most:
-            raise typer.BadParameter(f"{number} is more than {most}")
-        return number
+        if isinstance(value, int) and not least <= value <= most:
+            raise typer.BadParameter(
+                f"{value} is less than {least}" if value < least else f"{value} is more than {most}"
+            )
+        return value
 
     return read
 
 
-def _default_path() -> Path:
-    from orbitdb.store.paths import default_path
-
-    return default_path()
-
-
-def _home_expanded(path: Path) -> Path:
-    from orbitdb.store.paths import home_expanded
-
-    return home_expanded(path)
+read_path = _reader(home_expanded)
+"""Parser for every path that a user gives: ``~`` is the home folder, and an empty path is refused."""
 
 
 Database = Annotated[
@@ -127,27 +222,33 @@ Database = Annotated[
     typer.Option(
         "--db",
         metavar="PATH",
-        default_factory=_default_path,
-        callback=_home_expanded,
+        default_factory=default_path,
+        parser=read_path,
         show_default=False,
-        readable=False,  # the store reports what is wrong with a file
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",
     ),
 ]
-HalfLength = Annotated[float, number_option("--a", help="Half length of the straight walls.")]
+HalfLength = Annotated[
+    float, number_option("--a", read=half_length, help="Half length of the straight walls.")
+]
 StoredHalfLength = Annotated[
     float | None,
     number_option(
         "--a",
+        read=half_length,
         help="Half length of the straight walls [default: the only one stored, else 1.6].",
         offers=offered_half_lengths,
     ),
 ]
+read_half_lengths = _reader(half_lengths)
+read_all_half_lengths = _reader(lambda text: HalfLengths() if text == ALL else half_lengths(text))
+
 StoredHalfLengths = Annotated[
-    list[str] | None,
+    list[HalfLengths] | None,
     typer.Option(
         "--a",
         metavar="NUMBER|all",
+        parser=read_all_half_lengths,
         help="Half length of the straight walls [default: the only one stored, else 1.6]; "
         "repeatable; also a grid FROM:TO:COUNT, or all for every stored value.",
         autocompletion=offered_several_half_lengths,
@@ -178,7 +279,7 @@ Words = Annotated[
     ),
 ]
 Codes = Annotated[list[str] | None, typer.Option("--code", help="Same as WORD; repeatable.")]
-"""`orbitdb.cli.arguments.given_codes` reads these together with `Words`."""
+"""`given_codes` reads these together with `Words`."""
 
 Periods = Annotated[
     str | None, typer.Option("--p", metavar="PERIODS", help="Periods, such as 11, 2-8 or 2,3,5-7.")
@@ -193,7 +294,8 @@ def takes_only(context: typer.Context, asked: str, *names: str) -> None:
     `names` are the parameters that do have an effect there; the catalogue and the output options always do.
     """
     useful = {*names, "format_", "form", "force", "json", "db"}
-    refuse_idle(context, asked, *(each.name for each in context.command.params if each.name not in useful))
+    names_of = (parameter.name for parameter in context.command.params)
+    refuse_idle(context, asked, *(name for name in names_of if name not in useful))
 
 
 def refuse_idle(context: typer.Context, asked: str, *names: str | None) -> None:
@@ -213,38 +315,11 @@ def _typed(context: typer.Context, name: str | None) -> bool:
     return source is not None and source.name == "COMMANDLINE"
 
 
-Reversal = Annotated[
-    str | None,
-    typer.Option(
-        "--reversal",
-        "--time-reversal",
-        metavar="self|pair",
-        help="Orbits that retrace their path (self) or do not (pair).",
-    ),
-]
-Symmetry = Annotated[
-    str | None,
-    typer.Option(
-        "--symmetry", metavar="LABEL", help="Orbits with exactly this symmetry, such as x,T,xT; 1 for none."
-    ),
-]
-Contains = Annotated[
-    str | None,
-    typer.Option(
-        "--contains", metavar="SYMBOLS", help="Words that contain this sequence of symbols, in any rotation."
-    ),
-]
-
-
-def _range_option(names: str) -> Any:
-    return typer.Option("--range", metavar="NAME=LOW:HIGH", help=f"Range of {names}; repeatable.")
-
-
 @dataclass(frozen=True)
 class Choice:
     """The options that choose a subset of the catalogue, as the user typed them.
 
-    A command gets all of them through one parameter, ``choice: Choice`` (`orbitdb.cli.options.with_groups`).
+    A command gets all of them through one parameter, ``choice: Choice`` (`with_groups`).
     """
 
     p: Periods = None
@@ -255,21 +330,44 @@ class Choice:
             autocompletion=offered_statuses,
         ),
     ] = None
-    reversal: Reversal = None
-    symmetry: Symmetry = None
-    contains: Contains = None
+    reversal: Annotated[
+        str | None,
+        typer.Option(
+            "--reversal",
+            "--time-reversal",
+            metavar="self|pair",
+            help="Orbits that retrace their path (self) or do not (pair).",
+        ),
+    ] = None
+    symmetry: Annotated[
+        str | None,
+        typer.Option(metavar="LABEL", help="Orbits with exactly this symmetry, such as x,T,xT; 1 for none."),
+    ] = None
+    contains: Annotated[
+        str | None,
+        typer.Option(metavar="SYMBOLS", help="Words that contain this sequence of symbols, in any rotation."),
+    ] = None
     exists: Annotated[
         list[float] | None,
-        number_option(help="Words that are orbits at this a, according to the stored births; repeatable."),
+        number_option(
+            read=half_length,
+            help="Words that are orbits at this a, according to the stored births; repeatable.",
+        ),
     ] = None
     not_at: Annotated[
         list[float] | None,
         number_option(
-            help="Words that are not orbits at this a, according to the stored births; repeatable."
+            read=half_length,
+            help="Words that are not orbits at this a, according to the stored births; repeatable.",
         ),
     ] = None
     bounds: Annotated[
-        list[str] | None, _range_option("length, lyapunov, lambda_d, lambda_c, margin, born or dies")
+        list[str] | None,
+        typer.Option(
+            "--range",
+            metavar="NAME=LOW:HIGH",
+            help="Range of length, lyapunov, lambda_d, lambda_c, margin, born or dies; repeatable.",
+        ),
     ] = None
     where: Annotated[
         str | None,

@@ -1,18 +1,20 @@
 """Describe a word and its bounces as text for people."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli.output import LONG_CODE, Format, code_text, number, write
 from orbitdb.columns import OF_BOUNCES
-from orbitdb.orbits.orbit import Orbit
 from orbitdb.text import several, with_bound
+
+if TYPE_CHECKING:
+    from orbitdb.orbits.orbit import Orbit
 
 _NUMBERS = ("length", "lyapunov", "lambda_d", "lambda_c", "maslov", "margin", "residual", "error")
 
 
 def facts(
-    orbit: Orbit, born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
+    orbit: "Orbit", born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
 ) -> list[tuple[str, str]]:
     """Return the facts about a word, and the words born with it, as pairs of a name and a text."""
     from orbitdb.symbols.pruning import RULES
@@ -88,7 +90,7 @@ def bounce_rows(a: float, words: Sequence[str], coordinates: Sequence[Any]) -> l
     return found
 
 
-def write_bounces(orbit: Orbit) -> None:
+def write_bounces(orbit: "Orbit") -> None:
     """Write the bounces of an orbit, unless there are too many for a screen."""
     if orbit.coordinates is None or orbit.p > LONG_CODE:
         return

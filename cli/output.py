@@ -1,21 +1,23 @@
-"""The options for output, data on stdout in the requested format, and notes on stderr."""
+"""Data on stdout in the requested format, and notes and progress on stderr."""
 
-import contextlib
 import math
+import os
 import re
+import stat
 import sys
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR
 from enum import StrEnum
-from typing import Annotated, Any
+from typing import Annotated, Any, TextIO
 
 import typer
 
 from orbitdb.answers.export import TEXT_WRITERS
 from orbitdb.cli.advice import completed
 from orbitdb.errors import InputError
-from orbitdb.progress import aside
+from orbitdb.progress import Tell, aside, nobody, shown
 from orbitdb.text import as_sure, exact, line, outward, printable, upwards
 
 
@@ -57,8 +59,31 @@ _TIMES = (
 
 def note(message: str) -> None:
     """Write a message as one line to stderr, if possible."""
-    with aside(), contextlib.suppress(OSError):
+    with aside(), suppress(OSError):
         print(line(completed(message)), file=sys.stderr)
+
+
+def progress(
+    text: str, to_stdout: bool = False, expected: float | None = None
+) -> AbstractContextManager[Tell]:
+    """Show the progress of long work on a terminal, and nothing elsewhere (`orbitdb.progress.shown`).
+
+    No line is shown while rows go to stdout (`to_stdout`), if stdout is a terminal or a pipe.
+    """
+    watched = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"  # it must erase lines
+    if not watched or (to_stdout and _seen(sys.stdout)):
+        return nullcontext(nobody)
+    return shown(text, expected)
+
+
+def _seen(stream: TextIO) -> bool:
+    """Tell whether output to a stream may be visible at once, because it is a terminal or a pipe."""
+    if stream.isatty():
+        return True
+    try:
+        return stat.S_ISFIFO(os.fstat(stream.fileno()).st_mode)
+    except (OSError, ValueError):  # not a file
+        return False
 
 
 def number(name: str, value: Any) -> str:

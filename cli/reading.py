@@ -12,13 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 from orbitdb import __version__
 from orbitdb.billiard import USUAL_A
-from orbitdb.cli import arguments
-from orbitdb.cli.options import Choice
+from orbitdb.cli.options import Asked, Choice, HalfLengths, many_a, named
 from orbitdb.cli.output import note
-from orbitdb.columns import Row
-from orbitdb.errors import InputError
-from orbitdb.store.file import check_file
-from orbitdb.store.file import reading as opened
+from orbitdb.columns import IN_CATALOGUE, Row
 from orbitdb.store.paths import default_path
 from orbitdb.text import exact, several
 
@@ -27,12 +23,13 @@ if TYPE_CHECKING:
     from orbitdb.store.rows import Chosen
     from orbitdb.store.selection import Selection
 
+OF_CATALOGUE = tuple(column.name for column in IN_CATALOGUE)
 _NATURAL = ("p", "representative", "element")
 """The columns that decide the order of rows with equal sort keys."""
 
 
 def asked_columns(
-    columns: str | None, usual: Sequence[str], a: Sequence[str] | None, known: Sequence[str] | None = None
+    columns: str | None, usual: Sequence[str], a: Sequence[HalfLengths] | None, known: Sequence[str] = ()
 ) -> tuple[str, ...]:
     """Return the requested columns, or the usual ones if `columns` is None.
 
@@ -41,30 +38,23 @@ def asked_columns(
     """
     from orbitdb.store.selection import parse_names
 
-    if known is None:
-        from orbitdb.store.query import COLUMNS
-
-        known = COLUMNS
-    names = tuple(usual if columns is None else parse_names(columns, known))
-    if "a" in names or not arguments.many_a(a):
+    names = tuple(usual if columns is None else parse_names(columns, known or OF_CATALOGUE))
+    if "a" in names or not many_a(a):
         return names
     place = 1 if names[:1] == ("code",) else 0
     return (*names[:place], "a", *names[place:])
 
 
 @contextmanager
-def reading(
-    db: Path, asked: Sequence[str] | float | None, choice: Choice
-) -> "Iterator[tuple[Moment, tuple[Selection, ...]]]":
+def reading(db: Path, asked: Asked, choice: Choice) -> "Iterator[tuple[Moment, tuple[Selection, ...]]]":
     """Open a catalogue at one moment; yield it with the subset that the options choose at each a."""
-    from orbitdb.store.lookup import a_meant
+    from orbitdb.store.file import reading as opened
 
-    values = arguments.named(asked)
+    values = named(asked)
     chosen = choice.at(values[0] if values else USUAL_A)  # reports wrong options first
     with opened(db) as moment:
         _note_rotations(chosen)
-        if values is None:
-            values = arguments.stored(moment) if asked else (_told(a_meant(moment), db),)
+        values = values or _stored(moment, asked, db)
         yield moment, tuple(replace(chosen, a=a) for a in values)
 
 
@@ -75,19 +65,14 @@ def _note_rotations(chosen: "Selection") -> None:
     from orbitdb.store.where import check, hint
 
     check(chosen.where, dict(chosen.parameters))
-    if (told := hint(chosen.where)) is not None:
-        note(told)
-
-
-def averaged(choice: Choice) -> Choice:
-    """Return the choice unchanged; refuse --status all, which includes words without a length."""
-    if choice.status is not None and choice.status.strip() == "all":
-        raise InputError("only orbits (and boundary) have lengths and averages: leave out --status all")
-    return choice
+    if (advice := hint(chosen.where)) is not None:
+        note(advice)
 
 
 def known_catalogue(db: Path) -> Path | None:
     """Return the path of the catalogue; None if it does not exist, with a note unless it is the default."""
+    from orbitdb.store.file import check_file
+
     if check_file(db) is not None:
         return db
     if db != default_path():
@@ -95,27 +80,28 @@ def known_catalogue(db: Path) -> Path | None:
     return None
 
 
-def meant(db: Path, asked: Sequence[str] | float | None) -> tuple[float, ...]:
+def meant(db: Path, asked: Asked) -> tuple[float, ...]:
     """Return the values of a at which to look up single words; the catalogue need not exist."""
-    from orbitdb.store.lookup import a_meant
+    from orbitdb.store.file import check_file
+    from orbitdb.store.file import reading as opened
 
-    values = arguments.named(asked)
-    if values is not None:
+    if (values := named(asked)) is not None:
         return values
-    if asked:
-        with opened(db) as moment:
-            return arguments.stored(moment)
-    if check_file(db) is None:
+    if not asked and check_file(db) is None:
         return (USUAL_A,)
     with opened(db) as moment:
-        return (_told(a_meant(moment), db),)
+        return _stored(moment, asked, db)
 
 
-def _told(a: float, path: Path) -> float:
-    """Return the default a; write a note if it is not the usual one."""
-    if a != USUAL_A:
+def _stored(moment: "Moment", asked: Asked, path: Path) -> tuple[float, ...]:
+    """Return every a with orbits or sweeps for --a all, or else the default a; note an unusual default."""
+    from orbitdb.store.lookup import WITH_ORBITS, a_meant, a_values
+
+    if asked:
+        return tuple(a_values(moment, WITH_ORBITS)) or (USUAL_A,)
+    if (a := a_meant(moment)) != USUAL_A:
         note(f"a = {exact(a)}, the only value in {path}")
-    return a
+    return (a,)
 
 
 def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p") -> None:
@@ -123,8 +109,8 @@ def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (
     from orbitdb.answers.completeness import gaps
 
     for chosen in stadiums:
-        for told in gaps(moment, chosen, names=names, order=order):
-            note(told)
+        for text in gaps(moment, chosen, names=names, order=order):
+            note(text)
 
 
 def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> None:
@@ -132,8 +118,8 @@ def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> No
     from orbitdb.answers.completeness import nothing
 
     for chosen in stadiums:
-        for told in nothing(moment, chosen):
-            note(f"{told}{more}")
+        for text in nothing(moment, chosen):
+            note(f"{text}{more}")
 
 
 def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
@@ -142,8 +128,8 @@ def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
     from orbitdb.store.fills import read_fills
 
     for chosen in stadiums:
-        told = describe_complete(complete_length(read_fills(moment, chosen.a), chosen), chosen)
-        note(f"at a = {exact(chosen.a)}: {told}" if len(stadiums) > 1 else told)
+        text = describe_complete(complete_length(read_fills(moment, chosen.a), chosen), chosen)
+        note(f"at a = {exact(chosen.a)}: {text}" if len(stadiums) > 1 else text)
 
 
 _falling: Callable[[Any], Any] = cmp_to_key(

@@ -1,6 +1,7 @@
 """Helpers for the commands that store data: periods, schema, estimates, and where to solve."""
 
 import logging
+import os
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,8 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli.options import count_option, refuse_idle
-from orbitdb.cli.output import note
-from orbitdb.cli.progress import progress
+from orbitdb.cli.output import note, progress
 from orbitdb.errors import InputError
 from orbitdb.text import several
 
@@ -105,7 +105,7 @@ class Solvers:
             return
         from orbitdb.filling.workers import Cluster
 
-        with _quiet_dask(), Cluster(self.scheduler) as cluster:
+        with _quiet_dask(), Cluster(os.path.expanduser(self.scheduler)) as cluster:
             workers, threads = cluster.size()
             size = f"{several(workers, 'worker')} with {several(threads, 'thread')}"
             note(f"{self.scheduler}: {size if workers else 'no workers yet; waiting for the first'}")

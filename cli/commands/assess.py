@@ -8,8 +8,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, MeasuredLevels
 from orbitdb.cli.options import Choice
-from orbitdb.cli.output import Output, note
-from orbitdb.cli.progress import progress
+from orbitdb.cli.output import Output, note, progress
 from orbitdb.cli.reading import reading
 from orbitdb.text import exact, with_error
 

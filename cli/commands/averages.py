@@ -7,11 +7,9 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.arguments import many_a
-from orbitdb.cli.options import Choice
-from orbitdb.cli.output import Output, note, write_facts
-from orbitdb.cli.progress import progress
-from orbitdb.cli.reading import averaged, reading
+from orbitdb.cli.options import Choice, many_a
+from orbitdb.cli.output import Output, note, progress, write_facts
+from orbitdb.cli.reading import reading
 from orbitdb.cli.storing import bring
 from orbitdb.text import concise, exact, with_error
 
@@ -71,7 +69,7 @@ def entropy(
     from orbitdb.answers.entropy import entropy as of_orbits
     from orbitdb.answers.results import PROVED
 
-    with progress("reading orbits"), reading(db, a, averaged(choice)) as (moment, stadiums):
+    with progress("reading orbits"), reading(db, a, choice) as (moment, stadiums):
         found = [of_orbits(moment, chosen) for chosen in stadiums]
     output.write(*_rows_of(found, many_a(a), output, hidden=PROVED if output.table else ()))
 
@@ -100,7 +98,7 @@ def lyapunov(
     constrained by exact means. In a table, its estimated error follows in brackets, in units of the last
     digit. The values for trajectories come from 'orbitdb simulate'.
     """
-    with progress("averaging") as shown, reading(db, a, averaged(choice)) as (moment, stadiums):
+    with progress("averaging") as shown, reading(db, a, choice) as (moment, stadiums):
         from orbitdb.answers.lyapunov import lyapunov as average
 
         def tell(done: float) -> None:

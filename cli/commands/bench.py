@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.output import Output, note
-from orbitdb.cli.progress import progress
+from orbitdb.cli.output import Output, note, progress
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.progress import aside
@@ -46,7 +45,10 @@ def bench(
     picture: Annotated[
         Path | None,
         typer.Option(
-            "--plot", metavar="FILE", help="Also draw the work-precision diagram (.png, .svg, .pdf)."
+            "--plot",
+            metavar="FILE",
+            parser=options.read_path,
+            help="Also draw the work-precision diagram (.png, .svg, .pdf).",
         ),
     ] = None,
     output: Output,

@@ -11,9 +11,8 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.arguments import lengths
-from orbitdb.cli.output import Output, note
-from orbitdb.cli.progress import progress
+from orbitdb.cli.options import HalfLengths
+from orbitdb.cli.output import Output, note, progress
 from orbitdb.cli.storing import Jobs, bring
 
 if TYPE_CHECKING:
@@ -36,12 +35,14 @@ def bounds(
     *,
     context: typer.Context,
     a: Annotated[
-        str,
+        HalfLengths,
         typer.Option(
+            "--a",
             metavar="NUMBER|FROM:TO:COUNT",
+            parser=options.read_half_lengths,
             help="Half length of the straight walls, or a logarithmic grid of values.",
         ),
-    ] = str(USUAL_A),
+    ] = HalfLengths([USUAL_A]),  # noqa: B008, immutable
     window: Annotated[
         int | None,
         options.count_option(
@@ -79,33 +80,28 @@ def bounds(
     """
     from orbitdb.filling.records import find_bounds, limits_of
 
-    values, limits = lengths(a), limits_of(window, width, seconds)
-    if len(values) == 1:
+    limits = limits_of(window, width, seconds)
+    if len(a) == 1:
         options.refuse_idle(context, "at a single a", "jobs")
-    asked = {"a": a, "window": limits[0], "width": width, "time": seconds, "prove": prove}
-    found: list[EntropyBounds] = []
+    asked = {"a": list(a), "window": limits[0], "width": width, "time": seconds, "prove": prove}
+    levels: list[EntropyBounds] = []
     proofs: list[Proof] | None = [] if prove else None
-    kept = _kept(db, store)
+    kept, why_not = _kept(db, store)
     try:
         with progress("windows") as shown:
-            steps = find_bounds(kept, values, limits, proofs, jobs, shown, asked)
+            steps = find_bounds(kept, a, limits, proofs, jobs, shown, asked)
             with closing(steps):
-                found.extend(steps)  # one by one, so that after Ctrl-C the earlier ones are still shown
+                levels.extend(steps)  # one by one, so that after Ctrl-C the earlier ones are still shown
     finally:
-        last = list({level.a: level for level in found}.values())
-        output.write(COLUMNS, map(attrgetter(*COLUMNS), found if len(values) == 1 else last))
+        last = list({level.a: level for level in levels}.values())
+        output.write(COLUMNS, map(attrgetter(*COLUMNS), levels if len(a) == 1 else last))
         if proofs is not None:
             note(balls_of(proofs))
-    if kept is None and store is None:
-        note(_why_not_kept(db))
-    apart = [level.width for level in last]
-    if width is not None and max(apart) > width:
-        where = (
-            f" at {sum(each > width for each in apart)} of {len(apart)} values of a"
-            if len(values) > 1
-            else ""
-        )
-        note(f"the bounds are {max(apart):.1e} apart, more than {width:g}{where}: {_WHY}")
+    if why_not:
+        note(f"not saved: {why_not}")
+    if width is not None and (wide := [level.width for level in last if level.width > width]):
+        where = f" at {len(wide)} of {len(last)} values of a" if len(a) > 1 else ""
+        note(f"the bounds are {max(wide):.1e} apart, more than {width:g}{where}: {_WHY}")
         raise typer.Exit(1)
 
 
@@ -118,25 +114,19 @@ def balls_of(proofs: "Sequence[Proof]") -> str:
     )
 
 
-def _kept(db: Path, store: bool | None) -> Path | None:
-    """Return the catalogue to save bounds in, made or updated with --store; None if none are saved."""
+def _kept(db: Path, store: bool | None) -> tuple[Path | None, str]:
+    """Return the catalogue to save bounds in, made or updated with --store; or else None and the reason."""
     from orbitdb.store.file import check_file
     from orbitdb.store.schema import SCHEMA_VERSION
 
-    usable = check_file(db) == SCHEMA_VERSION and os.access(db, os.W_OK)
-    if store is False or (store is None and not usable):
-        return None
+    version = check_file(db)
+    if store is False:
+        return None, ""
+    if store is None and version is None:
+        return None, f"there is no catalogue at {db}; --store creates one"
+    if store is None and version != SCHEMA_VERSION:
+        return None, f"{db} has the older schema {version}; --store, or 'orbitdb migrate', updates it"
+    if store is None and not os.access(db, os.W_OK):
+        return None, f"{db} cannot be written"
     bring(db)
-    return db
-
-
-def _why_not_kept(db: Path) -> str:
-    from orbitdb.store.file import check_file
-    from orbitdb.store.schema import SCHEMA_VERSION
-
-    if (version := check_file(db)) is None:
-        return f"not saved: there is no catalogue at {db}; --store creates one"
-    if version == SCHEMA_VERSION:
-        return f"not saved: {db} cannot be written"
-    older = f"not saved: {db} has the older schema {version}"
-    return f"{older}; --store, or 'orbitdb migrate', updates it"
+    return db, ""

@@ -5,16 +5,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from itertools import chain, groupby, islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import ALL, many_a
-from orbitdb.cli.options import Choice
+from orbitdb.cli.options import Choice, HalfLengths, many_a
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
-from orbitdb.cli.output import note
-from orbitdb.cli.progress import progress
+from orbitdb.cli.output import note, progress
 from orbitdb.cli.reading import (
     asked_columns,
     described,
@@ -28,10 +26,6 @@ from orbitdb.columns import WRITTEN, Row
 from orbitdb.errors import InputError
 from orbitdb.progress import Tell
 from orbitdb.text import several
-
-if TYPE_CHECKING:
-    from orbitdb.store.connection import Moment
-    from orbitdb.store.selection import Selection
 
 EXAMPLES = (
     "export orbits.parquet --status orbit",
@@ -54,6 +48,7 @@ def export(
         Path | None,
         typer.Argument(
             metavar="[FILE]",
+            parser=options.read_path,
             help="Name ending in .csv, .tsv, .json, .jsonl or .parquet; none or - writes to stdout.",
         ),
     ] = None,
@@ -62,7 +57,7 @@ def export(
     classes: options.Classes = False,
     order: options.Order = "p",
     limit: Annotated[
-        int | None, options.count_option(least=0, help="Maximum number of rows to write.")
+        int | None, options.count_option(least=1, help="Maximum number of rows to write.")
     ] = None,
     columns: options.Columns = None,
     coordinates: Annotated[
@@ -93,13 +88,18 @@ def export(
     from orbitdb.answers import export as files
 
     if dataset:
-        choosing = (each.name for each in fields(Choice))
+        choosing = (field.name for field in fields(Choice))
         options.takes_only(context, "with --dataset", "file", "dataset", "a", *choosing)
         _write_dataset(file, a, choice, force, db)
         return
     if file is None or file == files.STDOUT:
         options.refuse_idle(context, "on stdout", "force")
-        file, kind = None, _form_of_stdout(form)
+        if form not in files.TEXT_WRITERS:
+            raise InputError(
+                "name a file, such as orbits.parquet, or write to stdout with --format csv, tsv, json or "
+                "jsonl"
+            )
+        file, kind = None, form
     else:
         kind = files.form_of(file, form)
         files.check_target(file, force)
@@ -118,7 +118,10 @@ def export(
         names += BOUNCE_COLUMNS if bounces else shown_last
         first = next(rows, None)
         if first is None:
-            _note_nothing(moment, stadiums, sum(map(len, subsets)), limit)
+            if any(map(len, subsets)):
+                note("these words have no bounces; only orbits do (--status orbit): nothing is written")
+            else:
+                note_nothing(moment, *stadiums, more=": nothing is written")
             raise typer.Exit(1)
         with progress("writing", to_stdout=file is None) as shown:
             written = _watched(chain([first], rows), shown)
@@ -132,7 +135,7 @@ def export(
 
 
 def _write_dataset(
-    folder: Path | None, a: "Sequence[str] | None", choice: Choice, force: bool, db: Path
+    folder: Path | None, a: Sequence[HalfLengths] | None, choice: Choice, force: bool, db: Path
 ) -> None:
     """Write a folder with the chosen words of whole periods, at the given a or at every stored a."""
     from orbitdb.answers.completeness import gaps
@@ -140,28 +143,14 @@ def _write_dataset(
 
     if folder is None:
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
-    with reading(db, a or [ALL], choice) as (moment, stadiums), progress("dataset") as shown:
-        for told in (told for each in stadiums for told in gaps(moment, each, left_out=True)):
-            note(told)
+    with reading(db, a or [HalfLengths()], choice) as (moment, stadiums), progress("dataset") as shown:
+        for text in (text for chosen in stadiums for text in gaps(moment, chosen, left_out=True)):
+            note(text)
         held = write_dataset(moment, folder, stadiums, force, shown)
         if not held:
             note_nothing(moment, *stadiums, more=": nothing is written")
             raise typer.Exit(1)
     note(f"{held}, in {folder}")
-
-
-def _note_nothing(moment: "Moment", stadiums: "Sequence[Selection]", total: int, limit: int | None) -> None:
-    """Explain why nothing is written: no rows, a limit of 0, or no bounces."""
-    if not total:
-        note_nothing(moment, *stadiums, more=": nothing is written")
-        return
-    told = described(stadiums, total)
-    if limit == 0:
-        note(f"{told}, and --limit 0 leaves none of them: nothing is written")
-        return
-    first = "" if limit is None or limit >= total else f"the first {limit} of "
-    have = "has" if total == 1 or (first and limit == 1) else "have"
-    note(f"{first}{told} {have} no bounces; only orbits do (--status orbit): nothing is written")
 
 
 def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:
@@ -172,25 +161,11 @@ def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:
         yield row
 
 
-def _form_of_stdout(form: str | None) -> str:
-    """Check and return the format for stdout: the user must choose one that is written row by row."""
-    from orbitdb.answers.export import FORMATS, TEXT_WRITERS
-
-    if form in TEXT_WRITERS:
-        return str(form)
-    said = "" if form is None else f"{form} is for files: " if form in FORMATS else f"no format {form!r}: "
-    raise InputError(
-        f"{said}name a file, such as orbits.parquet, or write to stdout with --format csv, tsv, json or jsonl"
-    )
-
-
 def _bounce_by_bounce(rows: Iterator[Row]) -> Iterator[Row]:
     """Yield one row per bounce, with the columns of its orbit first; skip words that are not orbits."""
     while block := list(islice(rows, _BLOCK)):
-        groups = groupby(block, key=lambda row: row[-3])
-        for a, found in groups:
-            known = list(found)
-            words = [row[-2] for row in known]
-            places = [row[-1] for row in known]
-            for row, bounces in zip(known, bounce_rows(a, words, places), strict=True):
+        for a, group in groupby(block, key=lambda row: row[-3]):
+            rows_at_a = list(group)
+            words, coordinates = ([row[place] for row in rows_at_a] for place in (-2, -1))
+            for row, bounces in zip(rows_at_a, bounce_rows(a, words, coordinates), strict=True):
                 yield from ((*row[: -len(_PLACED)], *bounce) for bounce in bounces)

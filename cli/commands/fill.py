@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import given_codes, primitive
-from orbitdb.cli.options import Database, HalfLength, takes_only
-from orbitdb.cli.output import Output, code_text, note
-from orbitdb.cli.progress import progress
+from orbitdb.cli.options import Database, HalfLength, given_codes, primitive, takes_only
+from orbitdb.cli.output import Output, code_text, note, progress
 from orbitdb.cli.storing import (
     DryRun,
     Highest,

@@ -1,5 +1,9 @@
 """``orbitdb identify``: find orbits that match a trajectory or a length."""
 
+import json
+import re
+import sys
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -7,12 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import parse_start, read_points
 from orbitdb.cli.options import Choice, count_option, number_option
 from orbitdb.cli.output import Output, code_text, note, write_facts
 from orbitdb.cli.reading import known_catalogue, meant, note_gaps, reading
 from orbitdb.errors import InputError
-from orbitdb.text import several
+from orbitdb.text import exact, printable, real, several
 
 if TYPE_CHECKING:
     from orbitdb.answers.identification import Trajectory
@@ -29,6 +32,12 @@ LENGTH_COLUMNS = ("code", "p", "class_size", "repetitions", "length", "total", "
 LENGTH_KEYS = (*LENGTH_COLUMNS, "lyapunov", "length_error", "a")
 _ON_SCREEN = 40
 
+_MOST_CHARACTERS = 1_000_000
+"""Maximum number of characters to read; no trajectory needs that many."""
+
+_NEXT = ",\n"
+_BETWEEN = re.compile(r"\s*[,;\t]\s*|\s+")
+
 
 def identify(
     *,
@@ -40,8 +49,12 @@ def identify(
         ),
     ] = None,
     points: Annotated[
-        str | None,
-        typer.Option(metavar="PATH", help="File of bounces, csv or json, one x,y per line; - reads stdin."),
+        Path | None,
+        typer.Option(
+            metavar="PATH",
+            parser=options.read_path,
+            help="File of bounces, csv or json, one x,y per line; - reads stdin.",
+        ),
     ] = None,
     length: Annotated[float | None, number_option(help="Length of an orbit, in units of the radius.")] = None,
     tolerance: Annotated[
@@ -92,6 +105,64 @@ def identify(
         raise typer.Exit(1)
 
 
+def parse_start(text: str) -> list[float]:
+    """Parse a starting point and direction such as ``0,0.5,1.2``."""
+    try:
+        return [real(part) for part in text.split(",")]
+    except ValueError as error:
+        raise InputError(f"--start: {error}; write x,y,angle, such as 0,0.5,1.2") from None
+
+
+def read_points(path: Path) -> Any:
+    """Read points from a file, or from stdin for ``-``, as csv with or without a header, json or json lines.
+
+    Raises `InputError` if the file cannot be read or a line does not have two numbers. Whether the points are
+    bounces is not checked.
+    """
+    from_stdin = str(path) == "-"
+    name = "stdin" if from_stdin else printable(str(path))
+    try:
+        with nullcontext(sys.stdin) if from_stdin else open(path, encoding="utf-8-sig") as file:
+            text = file.read(_MOST_CHARACTERS + 1).strip()
+        if len(text) > _MOST_CHARACTERS:
+            raise ValueError(f"it has more than {_MOST_CHARACTERS} characters")
+        return _from_json(text) if text[:1] in ("[", "{") else _from_lines(text)
+    except OSError as error:
+        raise InputError(f"{name} cannot be read ({error.strerror})") from None
+    except (ValueError, RecursionError) as error:
+        why = "not text" if isinstance(error, UnicodeDecodeError) else str(error)
+        raise InputError(f"{name}: {why}: write one bounce x,y per line, or a json array of pairs") from None
+
+
+def _from_json(text: str) -> Any:
+    """Return the pairs in an array, or x and y of each object in an array or on a line of its own."""
+    try:
+        rows = json.loads(text if text[0] == "[" else f"[{_NEXT.join(text.splitlines())}]")
+    except json.JSONDecodeError as error:
+        raise ValueError(f"line {error.lineno} is not json") from None
+    if any(isinstance(row, dict) and not {"x", "y"} <= row.keys() for row in rows):
+        raise ValueError("an object lacks x or y")
+    return [[row["x"], row["y"]] if isinstance(row, dict) else row for row in rows]
+
+
+def _from_lines(text: str) -> list[list[float]]:
+    """Return the two numbers on each line, or the columns x and y if the first line names columns."""
+    lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
+    rows = [(number, _BETWEEN.split(line)) for number, line in lines if line and not line.startswith("#")]
+    named = bool(rows) and {"x", "y"} <= set(rows[0][1])
+    places = [rows[0][1].index(name) for name in "xy"] if named else []
+    points = []
+    for number, cells in rows[named:]:
+        values = [cells[place] for place in places if place < len(cells)] if named else cells
+        if len(values) != 2:
+            raise ValueError(f"line {number} does not have two numbers")
+        try:
+            points.append([real(value) for value in values])
+        except ValueError as error:
+            raise ValueError(f"line {number}: {error}") from None
+    return points
+
+
 def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: Output) -> int:
     """Write the orbits that a trajectory shadows; return the number of rows."""
     from orbitdb.answers.identification import SHADOWED, identify_trajectory
@@ -99,44 +170,40 @@ def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: O
     from orbitdb.store.lookup import find_or_solve
 
     stadium = Stadium(*meant(db, a))
-    known = known_catalogue(db)
-    found = identify_trajectory(stadium, lambda word: find_or_solve(known, word, stadium.a), **asked)
+    catalogue = known_catalogue(db)
+    path = identify_trajectory(stadium, lambda word: find_or_solve(catalogue, word, stadium.a), **asked)
     if output.table:
-        back = max(0, 1 - found.first)
-        parts = (("before", found.sequence[:back]), ("sequence", found.sequence[back:]))
+        back = max(0, 1 - path.first)
+        parts = (("before", path.sequence[:back]), ("sequence", path.sequence[back:]))
         write_facts([(name, code_text(symbols)) for name, symbols in parts if symbols])
-        if found.shadowed:
+        if path.shadowed:
             print()
     names = SHADOW_COLUMNS if output.for_people else SHADOWED
     places = [SHADOWED.index(name) for name in names]
-    count = output.write(names, ([row[place] for place in places] for row in found.rows()))
-    _note_ends(found, asked)
-    _note_count(found, count)
-    return count
-
-
-def _note_ends(found: "Trajectory", asked: dict[str, Any]) -> None:
-    """Write a note if the trajectory from --start could not be followed as far as requested."""
-    if "start" not in asked:
-        return
-    from orbitdb.trajectories.trajectory import BOUNCES
-
-    last = found.first + len(found.sequence) - 1
-    wanted = asked["bounces"] or BOUNCES
-    if last < wanted or found.first > 1 - wanted:
-        note(f"followed from bounce {found.first} to {last}; double precision does not determine the rest")
-
-
-def _note_count(found: "Trajectory", count: int) -> None:
-    """Write a note with the number of orbits, or why there are none."""
-    if found.total:
-        more = f"; {count} shown, --limit {found.total} shows all" if count < found.total else ""
-        orbits = "orbit is" if found.total == 1 else "orbits are"
-        note(f"{found.total} {orbits} shadowed{more}")
-    elif found.sequence and set(found.sequence) <= {"0", "2"}:
+    count = output.write(names, ([row[place] for place in places] for row in path.rows()))
+    if "start" in asked:
+        _note_ends(path, asked["bounces"])
+    if path.total:
+        orbits = "orbit is" if path.total == 1 else "orbits are"
+        note(f"{path.total} {orbits} shadowed{_rest(count, path.total)}")
+    elif path.sequence and set(path.sequence) <= {"0", "2"}:
         note("no orbit: the trajectory bounces between the straight walls, like the bouncing-ball family 02")
     else:
         note("no orbit is shadowed for two bounces or more; a larger --tolerance finds orbits farther away")
+    return count
+
+
+def _note_ends(path: "Trajectory", asked: int | None) -> None:
+    """Write a note if a trajectory could not be followed for the requested number of bounces."""
+    from orbitdb.trajectories.trajectory import BOUNCES
+
+    last, wanted = path.first + len(path.sequence) - 1, asked or BOUNCES
+    if last < wanted or path.first > 1 - wanted:
+        note(f"followed from bounce {path.first} to {last}; double precision does not determine the rest")
+
+
+def _rest(count: int, total: int) -> str:
+    return f"; {count} shown, --limit {total} shows all" if count < total else ""
 
 
 def _show_length(
@@ -152,25 +219,24 @@ def _show_length(
     from orbitdb.answers.identification import identify_length
     from orbitdb.orbits.status import Status
     from orbitdb.store.fills import read_fills
-    from orbitdb.text import exact
 
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
     most = _ON_SCREEN if limit is None and output.table else limit
     with reading(db, a, Choice()) as (moment, (chosen,)):
         note_gaps(moment, replace(chosen, statuses=(Status.ORBIT,)))
-        found = identify_length(moment, chosen.a, length, tolerance)
-        rows = ([chosen.a if name == "a" else getattr(each, name) for name in names] for each in found[:most])
+        orbits = identify_length(moment, chosen.a, length, tolerance)
+        a = chosen.a
+        rows = ([a if name == "a" else getattr(orbit, name) for name in names] for orbit in orbits[:most])
         count = output.write(names, rows)
-        fills = read_fills(moment, chosen.a)
-        among = describe_fills(fills, chosen.a) if fills else f"single words at a = {exact(chosen.a)}"
-        nearest = identify_length(moment, chosen.a, length, 1.0, 1) if not found else ()
-    more = f"; {count} shown, --limit {len(found)} shows all" if count < len(found) else ""
-    candidates = several(len(found), "candidate") if found else "no candidates"
-    for each in nearest:
-        times = f"{each.repetitions} x {each.code}" if each.repetitions > 1 else each.code
-        enough = float(f"{1.05 * abs(each.difference):.2g}")
-        note(f"the nearest orbit is {times} of length {each.total:.7f}: --tolerance {enough:g} finds it")
-    if fills or found:  # otherwise another note says that nothing was searched
-        note(f"{candidates} among {among}, one per symmetry class{more}; "
+        fills = read_fills(moment, a)
+        among = describe_fills(fills, a) if fills else f"single words at a = {exact(a)}"
+        nearest = () if orbits else identify_length(moment, a, length, 1.0, 1)
+    candidates = several(len(orbits), "candidate") if orbits else "no candidates"
+    for orbit in nearest:
+        times = f"{orbit.repetitions} x {orbit.code}" if orbit.repetitions > 1 else orbit.code
+        enough = float(f"{1.05 * abs(orbit.difference):.2g}")
+        note(f"the nearest orbit is {times} of length {orbit.total:.7f}: --tolerance {enough:g} finds it")
+    if fills or orbits:  # otherwise another note says that nothing was searched
+        note(f"{candidates} among {among}, one per symmetry class{_rest(count, len(orbits))}; "
              "orbits of longer periods may have this length, too")  # fmt: skip
     return count

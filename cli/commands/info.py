@@ -62,7 +62,10 @@ def info(
 def delete(
     *,
     a: Annotated[
-        float, options.number_option("--a", help="Half length.", offers=options.offered_half_lengths)
+        float,
+        options.number_option(
+            "--a", read=options.half_length, help="Half length.", offers=options.offered_half_lengths
+        ),
     ],
     p: options.Periods = None,
     yes: Annotated[bool, typer.Option("--yes", help="Delete without asking.")] = False,

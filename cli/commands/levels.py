@@ -8,8 +8,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import Parities, SomeRange, read_range
-from orbitdb.cli.output import Output, note
-from orbitdb.cli.progress import progress
+from orbitdb.cli.output import Output, note, progress
 from orbitdb.cli.storing import Jobs, bring
 from orbitdb.errors import InputError
 from orbitdb.text import several

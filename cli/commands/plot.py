@@ -11,13 +11,11 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.arguments import given_codes, named, primitive
-from orbitdb.cli.figures import DRAWINGS, OF_WAVE, OF_WORD, Kind
+from orbitdb.cli.figures import DRAWINGS, ENTROPY_OVER_A, SHEET_OF_WORDS, Drawing, Kind
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
-from orbitdb.cli.options import Choice
-from orbitdb.cli.output import code_text, note
-from orbitdb.cli.progress import progress
-from orbitdb.cli.reading import averaged, known_catalogue, meant, reading
+from orbitdb.cli.options import Asked, Choice, given_codes, many_a, named, primitive
+from orbitdb.cli.output import code_text, note, progress
+from orbitdb.cli.reading import known_catalogue, meant, reading
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.text import exact, real, several
@@ -35,14 +33,10 @@ EXAMPLES = (
     "plot phase-space --p 2-8 --reversal self -o phase-space.png",
 )
 
-_SHOWN = (f"  {name:11} {each.shows}" for name, each in DRAWINGS.items())
+_SHOWN = (f"  {name:11} {drawing.shows}" for name, drawing in DRAWINGS.items())
 AFTERWORD = "\n".join(["\n\b\nFigures:", *_SHOWN, ""])
 _ALWAYS = ("kind", "output", "size", "dpi", "title")
 """Options that every figure takes."""
-
-_OF_ORBITS = ("entropy", "lyapunov", "lengths")
-_OF_SEVERAL_A = ("lyapunov", "lengths")
-"""Figures of orbits alone, for which --status all is refused."""
 
 _MOST_K = 200.0
 """Largest k of a wave to draw."""
@@ -58,15 +52,20 @@ def plot(
     output: Annotated[
         Path,
         typer.Option(
-            "-o", "--output", metavar="FILE", help="Name ending in .png, .svg or .pdf; - writes to stdout."
+            "-o",
+            "--output",
+            metavar="FILE",
+            parser=options.read_path,
+            help="Name ending in .png, .svg or .pdf; - writes to stdout.",
         ),
     ],
     code: options.Codes = None,
     a: Annotated[
-        list[str] | None,
+        list[options.HalfLengths] | None,
         typer.Option(
             "--a",
             metavar="NUMBER",
+            parser=options.read_all_half_lengths,
             help="Half length of the straight walls [default: the only one stored, else 1.6]; lyapunov and "
             "lengths take several; they and --over-a also take a grid FROM:TO:COUNT.",
             autocompletion=options.offered_several_half_lengths,
@@ -108,45 +107,37 @@ def plot(
     else:
         check_target(output, force)
     ending, inches = form_of(output, form, FIGURES), _size(size)
-    codes = list(given_codes(words, code)) if "words" in DRAWINGS[kind].takes else []
-    asked, takes = f"in plot {kind}", DRAWINGS[kind].takes
+    drawing, asked = DRAWINGS[kind], f"in plot {kind}"
     if over_a and kind == "entropy":
-        asked, takes = "with --over-a", ("p", "over_a", "a")
+        drawing, asked = ENTROPY_OVER_A, "with --over-a"
     elif kind == "sheet" and (words or code):
-        asked, takes = "with words", OF_WORD
+        drawing, asked = SHEET_OF_WORDS, "with words"
+    takes = drawing.takes
     options.takes_only(context, asked, *_ALWAYS, *takes)
     if kind == "life":
         options.refuse_idle(context, asked, "db")
-    values = named(a) if a else ()
-    several_a = values is None or len(values) > 1
-    if several_a and not (over_a and values) and kind not in _OF_SEVERAL_A:
-        raise InputError(
-            f"--a {' '.join(a or ())}: plot {kind} draws one a; {' and '.join(_OF_SEVERAL_A)} draw several"
-        )
-    at = values[0] if values and not several_a else None
-    choice = averaged(choice) if kind in _OF_ORBITS and not over_a else choice
-    choice = replace(choice, status="orbit" if choice.status is None and "status" in takes else choice.status)
+    if given.levels is None and "levels" in takes:
+        options.refuse_idle(context, "without --levels", *OF_FILE)
+    if many_a(a) and not drawing.several_a:
+        several_a = " and ".join(name for name in DRAWINGS if DRAWINGS[name].several_a)
+        raise InputError(f"--a gives several values: plot {kind} draws one a; {several_a} draw several")
+    if choice.status is None:
+        choice = replace(choice, status="orbit")
     style = load("orbitdb.plots.style", "plot", "plot")  # late, because matplotlib is slow to import
 
-    if over_a:
-        made = _of_subset("averages.draw_over_a", choice, USUAL_A, db, grid=values or ())
-    elif takes is OF_WAVE:
-        made = _of_wave(kind, codes, k, given, at, db)
-    elif kind == "sheet" and (words or code):
-        if words and code:
-            raise InputError("plot sheet: give WORD or --code, not both")
-        made = _sheet_of_words(codes, at, db, inches)
-    elif kind == "sheet":
-        made = _of_subset(DRAWINGS[kind].draw, choice, at, db, limit=limit, order=order, size=inches)
+    codes = list(given_codes(words, code)) if "words" in takes else []
+    if "k" in takes:
+        made = _of_wave(kind, drawing, codes, k, given, a, db)
+    elif drawing is SHEET_OF_WORDS:
+        made = _sheet_of_words(codes, a, db, inches)
     elif "words" in takes:
-        made = _of_word(kind, codes, at, db)
-    elif "parity" in takes:
-        if given.levels is None:
-            options.refuse_idle(context, "without --levels", *OF_FILE)
-        made = _of_subset(DRAWINGS[kind].draw, choice, at, db, given=given)
+        made = _of_word(kind, drawing, codes, a, db)
     else:
-        stadiums = a if several_a else USUAL_A if kind == "births" else at
-        made = _of_subset(DRAWINGS[kind].draw, choice, stadiums, db)
+        values = {"limit": limit, "order": order, "size": inches, "given": given, "grid": named(a) or ()}
+        further = {name: values[name] for name in drawing.further}
+        at = USUAL_A if over_a or kind == "births" else a  # these figures are about every a
+        with progress("drawing"), reading(db, at, choice) as (moment, chosen):
+            made = _draw(drawing, moment, *chosen, **further)
     style.adjust(made, inches, title)
     said = str(made.get_label())
     if to_stdout:
@@ -162,7 +153,7 @@ def _size(text: str | None) -> tuple[float, float] | None:
     if text is None:
         return None
     try:
-        width, height = (real(each) for each in text.split("x"))
+        width, height = map(real, text.split("x"))
     except ValueError:
         width = height = 0.0
     if not (_LEAST <= width <= _MOST and _LEAST <= height <= _MOST):
@@ -171,23 +162,21 @@ def _size(text: str | None) -> tuple[float, float] | None:
     return width, height
 
 
-def _draw(figure: str, *what: Any, **further: Any) -> "Figure":
-    """Call a drawing function, named as "module.function" in `orbitdb.cli.figures`; it imports matplotlib."""
-    module, name = figure.split(".")
+def _draw(drawing: Drawing, *what: Any, **further: Any) -> "Figure":
+    """Call a drawing function; its module imports matplotlib."""
+    module, name = drawing.draw.split(".")
     made: Figure = getattr(import_module(f"orbitdb.cli.figures.{module}"), name)(*what, **further)
     return made
 
 
-def _of_subset(
-    figure: str, choice: Choice, a: Sequence[str] | float | None, db: Path, **further: Any
-) -> "Figure":
-    """Draw a figure of a subset of the catalogue, or of a subset at several a."""
-    with progress("drawing"), reading(db, a, choice) as (moment, chosen):
-        return _draw(figure, moment, *chosen, **further)
-
-
 def _of_wave(
-    kind: Kind, codes: Sequence[str], k: float | None, given: GivenLevels, a: float | None, db: Path
+    kind: Kind,
+    drawing: Drawing,
+    codes: Sequence[str],
+    k: float | None,
+    given: GivenLevels,
+    a: Asked,
+    db: Path,
 ) -> "Figure":
     """Draw the wave of the level nearest to k; if a code is given, draw its orbit on top."""
     if k is None or not 0 < k < _MOST_K:
@@ -198,27 +187,25 @@ def _of_wave(
         raise InputError(f"plot {kind}: name one orbit at most")
     (at,) = meant(db, a)
     with progress("waves"):
-        return _draw(DRAWINGS[kind].draw, at, k, parity, _drawable(codes[0], at, db) if codes else None)
+        return _draw(drawing, at, k, parity, _drawable(codes[0], at, db) if codes else None)
 
 
-def _sheet_of_words(
-    codes: Sequence[str], a: float | None, db: Path, size: tuple[float, float] | None
-) -> "Figure":
+def _sheet_of_words(codes: Sequence[str], a: Asked, db: Path, size: tuple[float, float] | None) -> "Figure":
     """Draw the orbits of the given words, stored or solved now; note which words are not orbits."""
     from orbitdb.store.lookup import find_or_solve
 
-    (at,), known = meant(db, a), known_catalogue(db)
-    orbits = [find_or_solve(known, primitive(code), at) for code in codes]
-    for found in orbits:
-        if found.points is None:
-            note(f"{code_text(found.code)} is left out: {found.status.sentence}")
-    drawn = [found for found in orbits if found.points is not None]
+    (at,), catalogue = meant(db, a), known_catalogue(db)
+    orbits = [find_or_solve(catalogue, primitive(code), at) for code in codes]
+    for orbit in orbits:
+        if orbit.points is None:
+            note(f"{code_text(orbit.code)} is left out: {orbit.status.sentence}")
+    drawn = [orbit for orbit in orbits if orbit.points is not None]
     if not drawn:
         raise InputError("none of these words is an orbit that can be drawn")
-    return _draw("orbits.sheet_of", drawn, f"{several(len(drawn), 'orbit')} at a = {exact(at)}", size)
+    return _draw(SHEET_OF_WORDS, drawn, f"{several(len(drawn), 'orbit')} at a = {exact(at)}", size)
 
 
-def _of_word(kind: Kind, codes: Sequence[str], a: float | None, db: Path) -> "Figure":
+def _of_word(kind: Kind, drawing: Drawing, codes: Sequence[str], a: Asked, db: Path) -> "Figure":
     """Draw the orbit of a single word, stored or solved now."""
     from orbitdb.orbits.orbit import solve_word
     from orbitdb.store.lookup import with_existence
@@ -227,23 +214,23 @@ def _of_word(kind: Kind, codes: Sequence[str], a: float | None, db: Path) -> "Fi
         raise InputError(f"name one orbit to draw: plot {kind} 1232131")
     if kind != "life":
         (at,) = meant(db, a)
-        return _draw(DRAWINGS[kind].draw, _drawable(codes[0], at, db))
+        return _draw(drawing, _drawable(codes[0], at, db))
     with progress("following"):
-        found = with_existence(solve_word(primitive(codes[0]), USUAL_A))
-        if found.exists is None:
-            raise InputError(f"{code_text(found.code)} is too long to be followed as a changes")
-        if not found.exists:
-            raise InputError(f"{code_text(found.code)} is not an orbit at any a: {found.status.sentence}")
-        return _draw(DRAWINGS[kind].draw, found)
+        orbit = with_existence(solve_word(primitive(codes[0]), USUAL_A))
+        if orbit.exists is None:
+            raise InputError(f"{code_text(orbit.code)} is too long to be followed as a changes")
+        if not orbit.exists:
+            raise InputError(f"{code_text(orbit.code)} is not an orbit at any a: {orbit.status.sentence}")
+        return _draw(drawing, orbit)
 
 
 def _drawable(code: str, a: float, db: Path) -> "Orbit":
     """Return the orbit of a code, stored or solved now; raise if it has no coordinates."""
     from orbitdb.store.lookup import find_or_solve
 
-    found = find_or_solve(known_catalogue(db), primitive(code), a)
-    if found.points is None:
+    orbit = find_or_solve(known_catalogue(db), primitive(code), a)
+    if orbit.points is None:
         raise InputError(
-            f"{code_text(found.code)} at a = {exact(a)} cannot be drawn: {found.status.sentence}"
+            f"{code_text(orbit.code)} at a = {exact(a)} cannot be drawn: {orbit.status.sentence}"
         )
-    return found
+    return orbit

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.arguments import given_codes, many_a, primitive
-from orbitdb.cli.options import Choice
+from orbitdb.cli.options import Choice, given_codes, many_a, primitive
 from orbitdb.cli.output import Format, Output, code_text, note, write_facts
 from orbitdb.cli.reading import (
     asked_columns,
@@ -26,7 +25,7 @@ from orbitdb.cli.reading import (
     note_nothing,
     reading,
 )
-from orbitdb.columns import GROUPS, IN_CATALOGUE, WRITTEN, Column
+from orbitdb.columns import GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.text import exact
 
@@ -54,11 +53,6 @@ WORD_KEYS = (*WRITTEN, "coordinates", "stored", "exists")
 
 OF_A_WORD = (*WORD_KEYS, "walls", "born", "dies")
 """Columns that -c accepts for a word, stored or not."""
-
-_OF_CATALOGUE = tuple(each.name for each in IN_CATALOGUE)
-
-OF_ROWS = tuple(name for name in _OF_CATALOGUE if name not in OF_A_WORD)
-"""Columns that only rows of the catalogue have."""
 
 OF_LIVES = {"exists", "born", "dies"}
 
@@ -115,7 +109,7 @@ def query(
         note_gaps(moment, *stadiums, names=names, order=order)
         most = None if shown is None else shown + offset
         subsets = [
-            choose(moment, each, order, most=most, counted=True, by_class=classes) for each in stadiums
+            choose(moment, chosen, order, most=most, counted=True, by_class=classes) for chosen in stadiums
         ]
         total = sum(map(len, subsets))
         count = output.write(names, in_order(moment, subsets, names, order, shown, offset))
@@ -141,79 +135,56 @@ def _by_length(order: str, limit: int | None, chosen: "Selection") -> bool:
 
 
 def _show_words(
-    codes: list[str], a: list[str] | None, db: Path, columns: str | None, bounces: bool, output: Output
+    codes: list[str],
+    a: list[options.HalfLengths] | None,
+    db: Path,
+    columns: str | None,
+    bounces: bool,
+    output: Output,
 ) -> int:
     """Write what is known about the given words, or their bounces; return the number of rows or words."""
     from orbitdb.cli.orbit_facts import facts, write_bounces
-    from orbitdb.store.lookup import born_with
+    from orbitdb.store.lookup import born_with, find_or_solve, with_existence
+    from orbitdb.symbols.words import parse
 
     in_rows = columns is not None or not output.table or many_a(a)
     usual = ("code",) if bounces else TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
-    keys, found, catalogue = _find(codes, a, db, columns, usual)
+    keys = asked_columns(columns, usual, a, OF_A_WORD)
+    for code in codes:
+        parse(code)  # so that nothing is printed if a code is wrong
+    values, catalogue = meant(db, a), known_catalogue(db)
+    orbits = [find_or_solve(catalogue, word, at) for word in map(primitive, codes) for at in values]
+    if not orbits:
+        note("stdin contains no code")
+    if OF_LIVES & set(keys):
+        lives = {orbit.code: with_existence(orbit).exists for orbit in orbits[:: len(values)]}
+        orbits = [replace(orbit, exists=lives[orbit.code]) for orbit in orbits]
     if bounces:
-        return _show_bounces(keys, found, many_a(a), output)
+        return _show_bounces(keys, orbits, many_a(a), output)
     if in_rows:
-        return output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in found))
-    for orbit in found:
-        if orbit is not found[0]:
+        return output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in orbits))
+    for orbit in orbits:
+        if orbit is not orbits[0]:
             print()
         write_facts(facts(orbit, born_with(catalogue, orbit)))
         write_bounces(orbit)
-    return len(found)
+    return len(orbits)
 
 
-def _show_bounces(keys: Sequence[str], found: "Sequence[Orbit]", many: bool, output: Output) -> int:
+def _show_bounces(keys: Sequence[str], orbits: "Sequence[Orbit]", many: bool, output: Output) -> int:
     from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
 
     rows = (
         (*(_value(orbit, key) for key in keys), *bounce)
-        for orbit in found
+        for orbit in orbits
         for bounce in bounce_rows(orbit.a, [orbit.code], [orbit.coordinates])[0]
     )
     count = output.write((*keys, *BOUNCE_COLUMNS), rows)
-    for orbit in found:
+    for orbit in orbits:
         if orbit.coordinates is None:
             at = f" at a = {exact(orbit.a)}" if many else ""
             note(f"{code_text(orbit.code)} has no bounces{at}: {orbit.status.sentence}")
     return count
-
-
-def _find(
-    codes: list[str], a: list[str] | None, db: Path, columns: str | None, usual: tuple[str, ...]
-) -> tuple[tuple[str, ...], list["Orbit"], Path | None]:
-    """Return the requested columns, the words at every a, and the catalogue if there is one."""
-    from orbitdb.store.lookup import find_or_solve, with_existence
-    from orbitdb.symbols.words import parse
-
-    if columns is not None and codes:
-        _refuse_of_rows([name.strip() for name in columns.split(",")], codes[0], a)
-    keys = asked_columns(columns, usual, a, OF_A_WORD)
-    values = meant(db, a)
-    known = known_catalogue(db)
-    for code in codes:
-        parse(code)  # so that nothing is printed if a code is wrong
-    found = [find_or_solve(known, word, at) for word in [primitive(code) for code in codes] for at in values]
-    if not found:
-        note("stdin contains no code")
-    if OF_LIVES & set(keys):
-        each = {orbit.code: orbit for orbit in found}  # each word is followed in a only once
-        lives = {code: with_existence(orbit).exists for code, orbit in each.items()}
-        found = [replace(orbit, exists=lives[orbit.code]) for orbit in found]
-    return keys, found, known
-
-
-def _refuse_of_rows(names: Sequence[str], code: str, a: list[str] | None) -> None:
-    """Refuse columns that only stored rows have; suggest the command that shows them."""
-    from orbitdb.symbols.words import parse, primitive_root
-
-    asked = [name for name in names if name in OF_ROWS]
-    if asked:
-        word, at = primitive_root(parse(code)), "".join(f" --a {value}" for value in a or ())
-        columns = ",".join(name for name in names if name in _OF_CATALOGUE)
-        raise InputError(
-            f"column {asked[0]!r} is in stored rows only: "
-            f"orbitdb query --where \"code = code('{word}')\" -c {columns}{at}"
-        )
 
 
 def _value(orbit: "Orbit", key: str, output: Output | None = None) -> Any:
@@ -248,21 +219,20 @@ def columns(*, output: Output) -> None:
     bounces. query --code adds columns of its own. identify has different columns for a trajectory and for a
     length. The error of a number never exceeds its bound.
     """
+    described = [(column, of) for of, group in GROUPS for column in group]
     if output.table:
-        _write_table([each for _, group in GROUPS for each in group])
+        _write_table([(column.name, column.unit, column.bound, column.means) for column, _ in described])
         return
     rows = (
-        (each.name, of, each.kind, each.unit, each.bound, each.empty, each.means)
-        for of, group in GROUPS
-        for each in group
+        (column.name, of, column.kind, column.unit, column.bound, column.empty, column.means)
+        for column, of in described
     )
     output.write(COLUMN_KEYS, rows)
 
 
-def _write_table(shown: Sequence[Column]) -> None:
+def _write_table(rows: list[tuple[str, ...]]) -> None:
     """Write one line per column, with its meaning wrapped; the columns of the catalogue come first."""
-    lines = [("column", "unit", "bounded by", "means")]
-    lines += [(each.name, each.unit, each.bound, each.means) for each in shown]
+    lines = [("column", "unit", "bounded by", "means"), *rows]
     widths = [max(len(line[k]) for line in lines) for k in range(3)]
     start = sum(widths) + 3 * len(_GAP)
     room = max(shutil.get_terminal_size().columns - start, _LEAST_WIDTH)
@@ -293,8 +263,8 @@ def sql(
     values = parse_parameters(parameters or (), statement)
     with reading(db) as moment:
         names, rows = run_statement(moment, statement, values)
-        if (told := hint(statement)) is not None:
-            note(told)
+        if (advice := hint(statement)) is not None:
+            note(advice)
         if not output.write(names, rows):
             note("no rows")
             raise typer.Exit(1)

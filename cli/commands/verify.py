@@ -13,8 +13,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import Choice
-from orbitdb.cli.output import Output, note
-from orbitdb.cli.progress import progress
+from orbitdb.cli.output import Output, note, progress
 from orbitdb.cli.storing import Jobs
 from orbitdb.errors import AlteredError
 from orbitdb.text import several
@@ -45,10 +44,18 @@ def verify(
     context: typer.Context,
     folder: Annotated[
         Path | None,
-        typer.Argument(metavar="FOLDER", help="Dataset to check instead of the catalogue."),
+        typer.Argument(
+            metavar="FOLDER", parser=options.read_path, help="Dataset to check instead of the catalogue."
+        ),
     ] = None,
     a: Annotated[
-        float | None, options.number_option(help="Half length of the straight walls [default: all stored].")
+        float | None,
+        options.number_option(
+            "--a",
+            read=options.half_length,
+            help="Half length of the straight walls [default: all stored].",
+            offers=options.offered_half_lengths,
+        ),
     ] = None,
     choice: Choice,
     sample: Annotated[

@@ -10,24 +10,29 @@ Kind = Literal[
     "orbit", "reverse", "life", "entropy", "lyapunov", "sheet", "phase-space", "lengths", "births",
     "spectrum", "staircase", "assess", "spacings", "rigidity", "wave", "husimi",
 ]  # fmt: skip
-OF_WORD = ("words", "code", "a")
+_OF_WORD = ("words", "code", "a")
 _OF_LEVELS = ("a", "levels", "parity", *OF_FILE)
-OF_WAVE = (*OF_WORD, "k", "parity")
+_OF_WAVE = (*_OF_WORD, "k", "parity")
 _OF_SUBSET = ("a", *Choice.__dataclass_fields__)
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure: the function that draws it (``module.function``), the options it takes, and what it shows."""
+    """A figure: the function that draws it (``module.function``), the options it takes, and what it shows.
+
+    The function gets an orbit, a wave, or subsets at one or several a; then the options in `further`.
+    """
 
     draw: str
     takes: tuple[str, ...]
-    shows: str
+    shows: str = ""
+    further: tuple[str, ...] = ()
+    several_a: bool = False
 
 
 DRAWINGS: dict[Kind, Drawing] = {
-    "orbit": Drawing("orbits.draw_orbit", OF_WORD, "the path of WORD in the stadium (Fig. 1 of the paper)"),
-    "reverse": Drawing("orbits.draw_reverse", OF_WORD, "WORD above its time reverse (Fig. 4)"),
+    "orbit": Drawing("orbits.draw_orbit", _OF_WORD, "the path of WORD in the stadium (Fig. 1 of the paper)"),
+    "reverse": Drawing("orbits.draw_reverse", _OF_WORD, "WORD above its time reverse (Fig. 4)"),
     "life": Drawing(
         "orbits.draw_life", ("words", "code"), "WORD at its birth, with its length and lambda against a"
     ),
@@ -36,15 +41,19 @@ DRAWINGS: dict[Kind, Drawing] = {
         (*_OF_SUBSET, "over_a"),
         "by period (Fig. 5), or with --over-a its proved bounds against a",
     ),
-    "lyapunov": Drawing("averages.draw_lyapunov", _OF_SUBSET, "by period (Fig. 6)"),
+    "lyapunov": Drawing("averages.draw_lyapunov", _OF_SUBSET, "by period (Fig. 6)", several_a=True),
     "sheet": Drawing(
         "orbits.draw_sheet",
-        (*_OF_SUBSET, "words", "code", "order", "limit"),
+        (*_OF_SUBSET, "order", "limit"),
         "each class of a subset, or each given word (- reads stdin)",
+        ("limit", "order", "size"),
     ),
     "phase-space": Drawing("orbits.draw_phase_space", _OF_SUBSET, "the bounces in phase space"),
     "lengths": Drawing(
-        "orbits.draw_lengths", _OF_SUBSET, "the number of orbits up to length L, and their density"
+        "orbits.draw_lengths",
+        _OF_SUBSET,
+        "the number of orbits up to length L, and their density",
+        several_a=True,
     ),
     "births": Drawing(
         "averages.draw_births",
@@ -55,26 +64,39 @@ DRAWINGS: dict[Kind, Drawing] = {
         "levels.draw_length_spectrum",
         _OF_LEVELS,
         "the length spectrum of levels, compared with that of the orbits",
+        ("given",),
     ),
     "staircase": Drawing(
         "levels.draw_levels",
         _OF_LEVELS,
         "the number of levels below k, from stored levels and from orbits",
+        ("given",),
     ),
     "assess": Drawing(
-        "levels.draw_assessment", _OF_LEVELS, "where levels are missing, according to the orbits"
+        "levels.draw_assessment",
+        _OF_LEVELS,
+        "where levels are missing, according to the orbits",
+        ("given",),
     ),
     "spacings": Drawing(
-        "levels.draw_spacings", _OF_LEVELS, "the level spacings, in units of the mean spacing"
+        "levels.draw_spacings", _OF_LEVELS, "the level spacings, in units of the mean spacing", ("given",)
     ),
     "rigidity": Drawing(
-        "levels.draw_rigidity", _OF_LEVELS, "Delta_3 and the number variance, compared with random matrices"
+        "levels.draw_rigidity",
+        _OF_LEVELS,
+        "Delta_3 and the number variance, compared with random matrices",
+        ("given",),
     ),
-    "wave": Drawing("levels.draw_wave", OF_WAVE, "psi^2 of the level nearest to --k, with the orbit of WORD"),
+    "wave": Drawing(
+        "levels.draw_wave", _OF_WAVE, "psi^2 of the level nearest to --k, with the orbit of WORD"
+    ),
     "husimi": Drawing(
         "levels.draw_husimi",
-        OF_WAVE,
+        _OF_WAVE,
         "the Husimi function of that level, with the bounces of WORD",
     ),
 }
 """All figures by name. The help, the options and the drawing follow from these entries."""
+
+ENTROPY_OVER_A = Drawing("averages.draw_over_a", ("p", "over_a", "a"), further=("grid",), several_a=True)
+SHEET_OF_WORDS = Drawing("orbits.sheet_of", _OF_WORD)

@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
-from orbitdb.errors import StoreError
+from orbitdb.errors import InputError, StoreError
 
 
 def default_path() -> Path:
@@ -18,6 +18,8 @@ def default_path() -> Path:
 
 def home_expanded(path: Path | str) -> Path:
     """Return a path with the home folder in place of ``~``, which shells leave as it is within quotes."""
+    if not os.fspath(path):
+        raise InputError("the path is empty: name a file")
     return Path(os.path.expanduser(path))
 
 

@@ -12,9 +12,8 @@ import pytest
 from terminal import ended, spawn
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.arguments import lengths
 from orbitdb.cli.commands.bounds import balls_of
-from orbitdb.errors import InputError
+from orbitdb.cli.options import half_lengths
 
 WHY = "the time, the window length or the memory was not enough\n"
 KEYS = ["a", "window", "lower", "upper", "windows", "undecided"]
@@ -52,13 +51,13 @@ def test_windows_left_open_by_balls_are_added_up_over_a():
 
 
 def test_a_grid_is_logarithmic_and_its_values_can_be_typed():
-    assert lengths("1.6") == (1.6,)
-    assert len(lengths("1:2:1000")) == 1000
+    assert half_lengths("1.6") == (1.6,)
+    assert len(half_lengths("1:2:1000")) == 1000
     for wrong in ("x", "1:2", "1:2:1", "1:2:x", "2:1:5", "0:1:5", "1:1.0001:900", "1:2:3:4", "1:2:1001"):
-        with pytest.raises(InputError):
-            lengths(wrong)
-    assert lengths("0.5:8:5") == (0.5, 1.0, 2.0, 4.0, 8.0)
-    found = np.array(lengths("0.3:10:40"))
+        with pytest.raises(ValueError, match=r":|number|half length"):
+            half_lengths(wrong)
+    assert half_lengths("0.5:8:5") == (0.5, 1.0, 2.0, 4.0, 8.0)
+    found = np.array(half_lengths("0.3:10:40"))
     assert (found[0], found[-1], len(found)) == (0.3, 10.0, 40)
     assert np.diff(np.log(found)) == pytest.approx(np.log(10 / 0.3) / 39, rel=1e-4)
     assert [float(f"{a:g}") for a in found] == found.tolist()

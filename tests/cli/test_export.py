@@ -75,6 +75,27 @@ def test_bounces_of_one_word_equal_those_of_the_export(varied, cli):
     assert here == [there[-1], *there[:-1]]
 
 
+def test_a_tilde_is_the_home_folder_in_every_path(filled, tmp_path, cli, monkeypatch):
+    home, elsewhere = tmp_path / "home", tmp_path / "elsewhere"
+    for folder in (home, elsewhere):
+        folder.mkdir()
+    monkeypatch.setenv("HOME", str(home))
+    monkeypatch.chdir(elsewhere)
+    (home / "levels.csv").write_text("k\n2\n3\n")
+    asked = ("--db", str(filled))
+    for command in (
+        ("export", "~/bounces.csv", "--bounces", "--where", "code = '13'", *asked),
+        ("identify", "--points", "~/bounces.csv", *asked),
+        ("plot", "orbit", "13", "-o", "~/orbit.svg", *asked),
+        ("export", "~/data", "--dataset", "--p", "2", *asked),
+        ("verify", "~/data"),
+        ("spectrum", "--levels", "~/levels.csv", *asked),
+    ):
+        assert "~" not in cli(*command).err, command
+    assert {"bounces.csv", "orbit.svg", "data"} <= {path.name for path in home.iterdir()}
+    assert not list(elsewhere.iterdir())
+
+
 @pytest.mark.parametrize(
     ("command", "name", "begins"),
     [("export --p 3", "x.csv", "code,"), ("plot orbit --code 13 -o", "x.svg", "<?xml")],

@@ -30,17 +30,6 @@ def test_a_value_is_a_number_only_in_the_usual_notation(cli, filled):
         assert cli("query", "--where", "+p = :x", "-P", f"x={value}", "--limit", "1").code == code
 
 
-@pytest.mark.parametrize("column", ["iterations", "element", "cycle"])
-def test_a_column_that_only_rows_have_is_refused_with_the_query_to_use(cli, filled, column):
-    refused = cli("query", "(1232131)^2", "31", "--a", "1.6", "-c", f"exists,{column},code")
-    told = f"orbitdb: column '{column}' is in stored rows only: "
-    assert (refused.code, refused.out, refused.err.startswith(told)) == (2, "", True)
-    program, *remedy = shlex.split(refused.err.removeprefix(told))
-    assert (program, remedy[2]) == ("orbitdb", "code = code('1232131')")
-    head, row = cli(*remedy).out.splitlines()
-    assert (head.split(), row.split()[1]) == ([column, "code"], "1123213")
-
-
 def test_a_minus_means_stdout(cli, filled, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     named, silent = (cli("export", *target, "--format", "csv", "--p", "3") for target in (["-"], []))

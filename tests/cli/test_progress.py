@@ -8,8 +8,7 @@ import threading
 import pytest
 
 from orbitdb import progress as line
-from orbitdb.cli.output import note
-from orbitdb.cli.progress import progress
+from orbitdb.cli.output import note, progress
 from orbitdb.filling.resuming import Step, run_steps
 from orbitdb.progress import Work, telling
 

@@ -26,7 +26,7 @@ query --range length=long: | 2 | length=3:10
 query --where 'p = :x' -P =3 | 2 | name=value
 query 13 --p 3 | 2 | --p | --code
 entropy --status dynamical | 2 | only orbits (and boundary) have | : leave out status dynamical
-lyapunov --status all | 2 | only orbits (and boundary) have | : leave out --status all
+lyapunov --status all | 2 | only orbits (and boundary) have | : leave out status geometric
 lyapunov --weight x | 2 | 'x' | exp | det
 lyapunov --cut 0 | 2 | cut 0 | 1000
 lyapunov --cut nan | 2 | cut nan | 1000
@@ -51,7 +51,6 @@ plot orbit --code 13 --p 3 -o x.svg | 2 | --p | plot orbit
 plot reverse --code 13 --limit 3 -o x.svg | 2 | --limit | plot reverse
 plot entropy --code 13 -o x.svg | 2 | --code | plot entropy
 plot births 13 -o x.svg | 2 | WORD | plot births
-plot sheet 13 --code 3 -o x.svg | 2 | WORD or --code | plot sheet
 plot sheet 13 --p 3 -o x.svg | 2 | --p | with words
 plot orbit 13 --size 5 -o x.svg | 2 | --size | 6.4x4.8
 plot orbit 13 --size 0x5 -o x.svg | 2 | --size | inches
@@ -74,6 +73,15 @@ simulate --seed 0x10 | 2 | 0x10
 verify --restarts 1e9 | 2 | --restarts
 fill --p 3 --jobs 1_0 | 2 | 1_0
 fill --p 3 --jobs 0 | 2 | '--jobs': 0 is less than 1
+
+query --db '' | 2 | '--db': the path is empty: name a file
+export '' | 2 | '[FILE]': the path is empty
+plot orbit 13 -o '' | 2 | '--output': the path is empty
+identify --points '' | 2 | '--points': the path is empty
+assess '' | 2 | 'FILE': the path is empty
+spectrum --levels '' | 2 | '--levels': the path is empty
+verify '' | 2 | 'FOLDER': the path is empty
+bench --plot '' | 2 | '--plot': the path is empty
 
 table --a all --a 1 | 2 | --a all
 query --a 1 --a x | 2 | --a | 'x' is not a number
@@ -121,10 +129,9 @@ export nowhere/orbits.json | 3 | no folder nowhere
 table --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
 query --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
 query 13 --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
-export x.csv --status dynamical --p 5 --bounces | 1 | 16 dynamically pruned words | have no bounces; only
-export x.csv --p 4-5 --where "code = code('01132')" --bounces | 1 | 1 word of | has no bounces; only orbits do
-export x.csv --p 2-5 --order status --limit 1 --bounces | 1 | the first 1 of 137 words | : nothing is written
-export x.csv --p 3 --limit 0 | 1 | 8 words of | , and --limit 0 leaves none of them: nothing is written
+export x.csv --status dynamical --p 5 --bounces | 1 | these words have no bounces; only orbits do
+export x.csv --p 2-5 --order status --limit 1 --bounces | 1 | these words have no bounces
+export x.csv --p 3 --limit 0 | 2 | 0 is less than 1
 export x.csv --status orbit --where p=1 --bounces | 1 | no orbits at a = 1.6 where p=1: nothing is written
 
 sweep --db new.db --p 21 | 2 | 21

@@ -18,16 +18,15 @@ ROOMS = [
 """Modules that take 0.01 to 0.1 s to import."""
 
 LIGHTEST_FIRST = {
-    "fill --help": "",
-    "columns": "numpy",
-    "query 1232131 -c code,length": "",
+    "--help": "orbitdb.cli.commands.bench",
+    "columns": "",
+    "query 1232131 -c code,length": "numpy",
     "query 1232131": "orbitdb.orbits.births orbitdb.orbits.newton",
     "table": "asyncio orbitdb.averages orbitdb.averages.sum_rules orbitdb.entropy.bounds",
     "query --p 3": "",
     "lyapunov": "",
     "births --p 2": "multiprocessing orbitdb.filling",
     "fill --p 2 --db new.db": "",
-    "--help": "orbitdb.cli.commands.bench",
 }
 """Commands with the slow modules each may import beyond those of the earlier ones."""
 
