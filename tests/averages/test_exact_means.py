@@ -63,7 +63,7 @@ def test_means_equal_known_values():
         assert abs(found.value - exact) <= found.error < 1e-11
 
 
-@pytest.mark.parametrize("a", [300.0, 3000.0])
+@pytest.mark.parametrize("a", slow_but([300.0], [300.0, 3000.0]))
 def test_the_tail_of_the_leg_sum_equals_a_longer_sum(a):
     """The longer sum is over all copies of the circle up to 400 000, each integrated over u."""
     x, weight = np.polynomial.legendre.leggauss(20)

@@ -64,8 +64,8 @@ def test_every_column_of_an_orbit_is_an_attribute(filled):
     """Rows, `Orbit` and `Subset` give the same values, to the last bit."""
     catalogue = Catalogue(filled, a=1.6)
     names = [each.name for each in IN_CATALOGUE if each.name not in OF_FILES]
-    rows = [*catalogue.rows(p="2-5", columns=names)]
-    subset = catalogue.select(p="2-5")
+    rows = [*catalogue.rows(p="2-5", columns=names)][::3]
+    subset = catalogue.select(p="2-5")[::3]
     for row, orbit in zip(rows, subset, strict=True):
         assert [getattr(orbit, name) for name in names] == list(row)
     for name in {*names} - {"code"}:

@@ -73,15 +73,14 @@ def test_bars_are_to_scale_and_small_counts_are_visible():
 
 
 def test_every_count_has_a_condition_that_chooses_its_rows(varied):
-    catalogue, chosen = Reader(varied), Selection()
-    screen = CountsScreen(catalogue, chosen, "length")
+    screen, catalogue = CountsScreen(Reader(varied), Selection(), "length"), Catalogue(varied)
     groups, _ = screen._count(never)
     counts = [count for group in groups.values() for count in group]
     for column in ("length", "margin", "residual", "maslov", "rules"):
         counts += screen._values(column, 8, never)[0]
     assert len(counts) > 40
     for count in counts:
-        assert Catalogue(varied).count(where=count.condition) == count.rows, count
+        assert catalogue.count(where=count.condition) == count.rows, count
 
 
 @pytest.mark.slow
