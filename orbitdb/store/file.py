@@ -65,8 +65,8 @@ def check_file(path: Path) -> int | None:
             return None
     except OSError as error:
         raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
-    pages, version, application = _marks(path)
-    if not application and not version and pages <= 1:
+    version, application, empty = _marks(path)
+    if empty:
         return None  # a database without tables, because its creation was interrupted
     if application != APPLICATION_ID:
         pragmas = f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {SCHEMA_VERSION}"
@@ -96,8 +96,8 @@ def need_newest(path: Path) -> None:
         raise StoreError(f"{path} has the older schema {version}: run 'orbitdb migrate' first")
 
 
-def _marks(path: Path) -> list[int]:
-    """Return the number of pages, the schema's version and the application of a file and its journal.
+def _marks(path: Path) -> tuple[int, int, bool]:
+    """Return the schema's version and the application of a file and its journal, and whether it is empty.
 
     Only SQLite may open the file. A process that closes a file loses all its locks on it (POSIX), including
     those of SQLite's connections, and other processes could then remove the journal while it is in use.
@@ -110,10 +110,15 @@ def _marks(path: Path) -> list[int]:
         return _read_marks(uri_of(path))
 
 
-def _read_marks(uri: str) -> list[int]:
+def _read_marks(uri: str) -> tuple[int, int, bool]:
     with closing(open_sqlite(uri, Connection)) as connection:
-        names = ("page_count", "user_version", "application_id")
-        return [connection.scalar(f"PRAGMA {name}") for name in names]
+        version, application = (
+            connection.scalar(f"PRAGMA {name}") for name in ("user_version", "application_id")
+        )
+        empty = (
+            not (version or application) and connection.scalar("PRAGMA page_count") <= 1
+        )  # reads the schema
+        return version, application, empty
 
 
 # reading
