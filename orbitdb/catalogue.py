@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
-from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.orbit import Orbit, solve_word
 from orbitdb.progress import Tell, telling
 from orbitdb.store.lookup import find_or_solve, find_word
 from orbitdb.store.query import COLUMNS, choose
@@ -106,7 +106,8 @@ class Catalogue(StoredCatalogue):
         symbols = parse(word)
         if not is_primitive(symbols):
             raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for the shorter word")
-        return find_or_solve(self.path, symbols, self.a)
+        stored = self.find(symbols)
+        return solve_word(symbols, self.a) if stored is None else stored
 
     def __iter__(self) -> Iterator[str]:
         """Yield the stored words, as least rotations, in order of period."""

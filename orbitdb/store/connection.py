@@ -84,7 +84,8 @@ def open_to_read(path: Path) -> Moment:
     connection = _open_own(path, uri, Moment)
     connection.path = path
     connection.execute("PRAGMA temp_store = MEMORY")
-    for text in VIEWS.values():  # this version's views; those in the file are for other programs
+    views = {text for (text,) in connection.execute("SELECT sql FROM sqlite_master WHERE type = 'view'")}
+    for text in set(VIEWS.values()) - views:  # those of another version are for other programs
         connection.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
     add_code(connection)
     connection.execute("PRAGMA query_only = ON")

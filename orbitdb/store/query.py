@@ -1,7 +1,8 @@
 """Find the classes and words of a chosen subset; every query for a selection comes through here.
 
 Conditions with the same value for all words of a class are one query of the view `class`. Conditions on
-single words, and orders of them, are one query of the view `catalogue`.
+single words are one query of the view `catalogue`. Orders of single words are sorted in memory, because
+SQLite takes ten times as long to sort that many rows.
 
 Geometrically pruned words have no class; they are found only if the selection names their status.
 """
@@ -16,25 +17,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers, Masks
+from orbitdb.arrays import Integers
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import Connection
 from orbitdb.store.fills import of_spans
 from orbitdb.store.lives import NEAR
-from orbitdb.store.rows import COUNTS, Chosen, as_array, orders_of
+from orbitdb.store.rows import OF_ONE_WORD, Chosen, as_array, orders_of, sorted_words, stabilisers_of
 from orbitdb.store.schema import BORN, DIED, LONG, OF_CLASS, PRUNED_ROWS, SHARED, id_of_class
 from orbitdb.store.selection import Selection, SelectionError, unknown_column
 from orbitdb.store.where import Patience, never, of_classes, watched
 from orbitdb.symbols.pruning import rules_of
-from orbitdb.symbols.symmetry import ODD, STABILISER_OF, class_of, members, places_of_elements
+from orbitdb.symbols.symmetry import ODD, class_of, members, places_of_elements
 from orbitdb.symbols.words import MAX_KEYED
 
 COLUMNS = tuple(column.name for column in IN_CATALOGUE)
 """The columns of the view ``catalogue``."""
-
-_BY_WORD = ("code", "element", "area")
-"""Columns whose values differ between the words of a class, and by which rows can be sorted."""
 
 _CODED = "(cycle << 2) + (class_size > 1) + (class_size > 2) + (class_size > 4) AS coded"
 """Id and size of a class in a single integer, because a second column would take half as long again."""
@@ -84,43 +82,27 @@ def choose(
     if by_class:
         renamed = {"representative" if name == "code" else name: falls for name, falls in keys.items()}
         keys = {name: falls for name, falls in renamed.items() if name != "element"}
-    by_words = not by_class and any(name in keys for name in _BY_WORD)
-    of_words = not is_of_classes(selection) or by_words
-    query, values = _classes(connection, selection, of_words, {} if by_words else keys, columns)
+    by_words = not by_class and any(name in keys for name in OF_ONE_WORD)
+    of_words = not is_of_classes(selection)
+    names = [*columns, *(["symmetry", *(name for name in keys if name not in columns)] if by_words else [])]
+    query, values = _classes(connection, selection, of_words, {} if by_words else keys, names)
     sorted_far = order != "p" and (most or 0) > _FEW
     if most is not None and not (counted or by_words or sorted_far):
         query += f" LIMIT {min(most, _LARGEST)}"  # every class has at least one row
     own = ["mask", "symmetry"] if of_words else []
     with _answering(connection, selection, cancelled):
-        coded, *more = _arrays(connection, query, values, ("coded", *own, *columns))
+        coded, *more = _arrays(connection, query, values, ("coded", *own, *names))
     sizes = np.uint8(1) << (coded & 3).astype(np.uint8)
     masks = ((np.uint16(1) << sizes) - 1).astype(np.uint8)
     ids = np.right_shift(coded, 2, out=coded)
-    elements = more.pop(0).astype(np.uint8) if of_words else masks
     if of_words:
-        stabilisers = [STABILISER_OF.get(symmetry, 1) for symmetry in more.pop(0).tolist()]
-        masks &= places_of_elements(elements, np.array(stabilisers, np.uint8))
+        elements, symmetries = more.pop(0).astype(np.uint8), more.pop(0)
+        masks &= places_of_elements(elements, stabilisers_of(symmetries))
     if by_class:
         masks = np.ones_like(masks)
-    chosen = Chosen(selection, ids, masks, None, dict(zip(columns, more, strict=True)))
-    if not by_words:
-        return chosen
-    query, values = _words(connection, selection, keys)
-    query += f" LIMIT {_LARGEST if most is None else min(most, _LARGEST)}"
-    with _answering(connection, selection, cancelled):
-        numbers, places = _arrays(connection, query, values, ("cycle", "element"))
-    return replace(chosen, rows=_rows(chosen, elements, numbers, places))
-
-
-def _rows(chosen: Chosen, elements: Masks, numbers: Integers, own: Integers) -> NDArray[np.uint32]:
-    """Return the row numbers of words, given by the ids of their classes and their own elements.
-
-    `elements` has the elements of all chosen words of each class. The words of a class are in their order.
-    """
-    by_id = np.argsort(chosen.ids)
-    at = by_id[np.searchsorted(chosen.ids, numbers, sorter=by_id)]
-    before = elements[at] & ((1 << own) - 1).astype(np.uint8)
-    return (chosen.ends[at] - chosen.counts[at] + COUNTS[before]).astype(np.uint32)
+    read = dict(zip(names, more, strict=True))
+    chosen = Chosen(selection, ids, masks, None, {name: read[name] for name in columns})
+    return replace(chosen, rows=sorted_words(connection, chosen, keys, read)) if by_words else chosen
 
 
 def _answering(
@@ -144,44 +126,25 @@ def _classes(
     If the subset is `of_words`, the elements of the chosen words and the symmetry follow the coded ids.
     """
     names = dict.fromkeys(["p", *columns, *keys])
-    listed = [f"{_of_class(name, of_words)} AS {name}" for name in names]
-    lone, outputs, grouped = list(names), ["coded", *columns], ""
+    listed = [
+        _CODED,
+        "representative AS least",
+        *(f"{_of_class(name, of_words)} AS {name}" for name in names),
+    ]
+    lone, outputs = ["id * 4 AS coded", "code AS least", *names], ["coded", *columns]
     if of_words:
         listed += ["sum(1 << element) AS mask", "iif(class_size < 8, symmetry, '1') AS own"]
         lone += ["1 AS mask", "NULL AS own"]
         outputs[1:1] = ["mask", "own"]
-        grouped = "GROUP BY cycle"
-    view = "catalogue" if of_words else "class AS catalogue"
-    source, values = _from(selection, [_CODED, "representative AS least", *listed], view, lone, grouped)
-    ordered = _ordered(_order_of_classes(keys, _is_mixed(connection, selection)))
-    return f"SELECT {', '.join(outputs)} FROM ({source}){ordered}", values
-
-
-def _words(
-    connection: Connection, selection: Selection, keys: Mapping[str, bool]
-) -> tuple[str, dict[str, Any]]:
-    """Return the query for the words in order, and its values: the ids of classes, and own elements."""
-    names = [*dict.fromkeys(["p", "element", *keys])]
-    listed = ["cycle * 4 AS coded", "representative AS least", *names]
-    source, values = _from(selection, listed, "catalogue", names)
-    order = [*_order_of_classes(keys, _is_mixed(connection, selection)), "element"]
-    return f"SELECT coded / 4, coalesce(element, 0) FROM ({source}){_ordered(order)}", values
-
-
-def _from(
-    selection: Selection, listed: Sequence[str], view: str, lone: Sequence[str], grouped: str = ""
-) -> tuple[str, dict[str, Any]]:
-    """Return the query for stored classes, for pruned words, or for both, by status; and its values.
-
-    The query lists the given columns of the view. Those of a pruned word are its id, its code, and `lone`.
-    """
     where, values = condition_of(selection)
+    view, grouped = ("catalogue", "GROUP BY cycle") if of_words else ("class AS catalogue", "")
     stored = f"SELECT {', '.join(listed)} FROM {view} WHERE {where} {grouped}"
-    columns = ["id * 4 AS coded", "code AS least", *lone]
-    pruned = f"SELECT {', '.join(columns)} FROM {PRUNED_ROWS} AS catalogue WHERE {where}"
-    if Status.GEOMETRIC not in selection.statuses:
-        return stored, values
-    return pruned if selection.statuses == (Status.GEOMETRIC,) else f"{stored} UNION ALL {pruned}", values
+    pruned = f"SELECT {', '.join(lone)} FROM {PRUNED_ROWS} AS catalogue WHERE {where}"
+    sources = [stored] if selection.statuses != (Status.GEOMETRIC,) else []
+    sources += [pruned] if Status.GEOMETRIC in selection.statuses else []
+    query = f"SELECT {', '.join(outputs)} FROM ({' UNION ALL '.join(sources)})"
+    order = _order_of_classes(keys, _is_mixed(connection, selection))
+    return f"{query} ORDER BY {', '.join(order)}" if order else query, values
 
 
 def _is_mixed(connection: Connection, selection: Selection) -> bool:
@@ -207,10 +170,6 @@ def _order_of_classes(keys: Mapping[str, bool], mixed: bool) -> list[str]:
     return [*sorting, *natural] if keys else []
 
 
-def _ordered(terms: Sequence[str]) -> str:
-    return f" ORDER BY {', '.join(terms)}" if terms else ""
-
-
 def _of_class(name: str, of_words: bool) -> str:
     """Return a column of a class from either view; the area is that of the representative."""
     if name == "area" and of_words:
@@ -230,7 +189,7 @@ def _arrays(
 
 
 def _as_column(name: str, values: Sequence[Any]) -> NDArray[Any]:
-    if name in ("coded", "mask", "cycle", "element"):
+    if name in ("coded", "mask"):
         return np.array(values, np.int64)
     return as_array(name, values)
 

@@ -22,8 +22,15 @@ from orbitdb.store.connection import Connection
 from orbitdb.store.schema import LONG, OF_CLASS, OF_WORD, PRUNED_ROWS, SHARED
 from orbitdb.store.selection import Selection, unknown_column
 from orbitdb.store.where import CancelledError, never
-from orbitdb.symbols.symmetry import BITS_OF, ELEMENT_OF, STABILISER_OF, act_on_areas, image_coordinates
-from orbitdb.symbols.words import BITS, MAX_KEYED
+from orbitdb.symbols.symmetry import (
+    BITS_OF,
+    ELEMENT_OF,
+    STABILISER_OF,
+    act_on_areas,
+    image_coordinates,
+    packed_members,
+)
+from orbitdb.symbols.words import BITS, MAX_KEYED, from_strings, pack, packed
 
 COUNTS = BITS_OF.sum(axis=1, dtype=np.uint8)
 """Number of set bits for each value of a byte."""
@@ -149,6 +156,86 @@ def orders_of(ids: Integers) -> Integers:
     periods[keys >= LONG] = MAX_KEYED + 1
     periods[keys < _LEAST] = 0
     return periods
+
+
+# orders of words
+
+
+OF_ONE_WORD = ("code", "element", "area")
+"""Columns whose values differ between the words of a class, and by which words can be sorted."""
+
+
+def stabilisers_of(symmetries: Values) -> Masks:
+    """Return the stabilisers with the given labels; that of a pruned word, without a label, is the least."""
+    return np.array([STABILISER_OF.get(label, 1) for label in symmetries], np.uint8)
+
+
+def sorted_words(
+    connection: Connection, chosen: Chosen, keys: Mapping[str, bool], values: Mapping[str, NDArray[Any]]
+) -> NDArray[np.uint32]:
+    """Return the numbers of the words of a subset in another order; ties stay in the order of classes.
+
+    Parameters
+    ----------
+    connection, chosen
+    keys : mapping of str to bool
+        The columns to sort by, with whether the order is descending. Missing values come last.
+    values : mapping of str to ndarray, shape (C,)
+        For each class these columns, as far as they have them, and ``symmetry``.
+    """
+    owners, places = chosen.classes(), chosen.words().places
+    stabilisers = stabilisers_of(values["symmetry"])
+    elements = ELEMENT_OF[stabilisers[owners], places]
+    sorting: list[NDArray[Any]] = []
+    for name, falls in keys.items():
+        if name == "code":
+            columns = _codes(connection, chosen, stabilisers, owners)
+        elif name == "element":
+            columns = [np.where(chosen.ids[owners] < 0, np.nan, elements)]
+        elif name == "area":
+            columns = [act_on_areas(elements, values[name][owners])]
+        else:
+            columns = [_ranks(name, values[name])[owners]]
+        sorting += [-column if falls else column for column in columns]
+    return np.lexsort(sorting[::-1]).astype(np.uint32)
+
+
+def _ranks(name: str, values: NDArray[Any]) -> Floats:
+    """Return numbers that sort like the values; NaN for missing ones."""
+    return values if kind_of(name) == "number" else _ranks_of(values.tolist())
+
+
+def _ranks_of(values: Sequence[Any]) -> Floats:
+    ranks = {value: rank for rank, value in enumerate(sorted(set(values) - {None}), 1)}
+    return np.array([ranks.get(value, np.nan) for value in values], np.float64)
+
+
+def _codes(connection: Connection, chosen: Chosen, stabilisers: Masks, owners: Places) -> list[Integers]:
+    """Return two integers for each row that sort like the codes: the first `MAX_KEYED` symbols, the rest."""
+    begin, rest = np.zeros((2, len(chosen)), np.int64)
+    periods = orders_of(chosen.ids)
+    for p in np.unique(periods).tolist():
+        group = periods == p
+        rows = np.flatnonzero(group[owners])
+        if p <= MAX_KEYED:
+            packed_least = packed(np.abs(chosen.ids[group]), p)
+            codes = [*packed_members(packed_least, p, chosen.masks[group], stabilisers[group])]
+            begin[rows] = _aligned(np.concatenate(codes), p)
+        else:
+            part = Chosen(chosen.selection, chosen.ids[group], chosen.masks[group])
+            texts = [code for (block,) in blocks_of(connection, part, ("code",)) for code in block]
+            begin[rows] = _aligned(pack(from_strings([text[:MAX_KEYED] for text in texts])), MAX_KEYED)
+            rest[rows] = _ranks_of([text[MAX_KEYED:] for text in texts])
+    return [begin, rest]
+
+
+def _aligned(codes: Integers, p: int) -> Integers:
+    """Return packed words of period p as integers that sort like texts, so that a beginning comes first."""
+    ones = sum(1 << BITS * place for place in range(p))  # every symbol counts more than none
+    return (codes + np.int64(ones)) << np.int64(BITS * (MAX_KEYED - p))
+
+
+# reading
 
 
 COORDINATES = "coordinates"
