@@ -145,14 +145,14 @@ def entropy_width(folder: Path) -> str:
     import numpy as np
 
     from orbitdb import Stadium
-    from orbitdb.entropy.bounds import levels
+    from orbitdb.entropy.bounds import search
     from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure, save
 
     def measured(a: float) -> tuple["np.ndarray", "np.ndarray"]:
         seconds, width, began = [], [], time.process_time()
-        for found in levels(Stadium(a)):
+        for bounds in search(Stadium(a)):
             seconds.append(time.process_time() - began)
-            width.append(found.upper - found.lower)
+            width.append(bounds.width)
             if 2 * seconds[-1] > SECONDS:
                 break
         return np.array(seconds), np.array(width)

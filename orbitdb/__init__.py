@@ -48,12 +48,8 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.entropy.bounds import EntropyBounds as EntropyBounds
     from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
     from orbitdb.orbits.exponents import OrbitClasses as OrbitClasses
-    from orbitdb.orbits.orbit import (
-        Orbit as Orbit,
-        existence as existence,
-        solve as solve,
-        solve_word as solve_word,
-    )
+    from orbitdb.orbits.newton import existence as existence, solve as solve, solve_word as solve_word
+    from orbitdb.orbits.orbit import Orbit as Orbit
     from orbitdb.orbits.status import Orbits as Orbits, Status as Status
     from orbitdb.quantum.missing_levels import Assessment as Assessment
     from orbitdb.quantum.levels import Levels as Levels, levels as levels
@@ -83,7 +79,8 @@ _HOMES = {
     "entropy.bounds": ("EntropyBounds",),
     "errors": ("InputError", "StoreError", "WorkError"),
     "orbits.exponents": ("OrbitClasses",),
-    "orbits.orbit": ("Orbit", "existence", "solve", "solve_word"),
+    "orbits.orbit": ("Orbit",),
+    "orbits.newton": ("existence", "solve", "solve_word"),
     "orbits.status": ("Orbits", "Status"),
     "quantum.missing_levels": ("Assessment",),
     "quantum.levels": ("Levels", "levels"),

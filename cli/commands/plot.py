@@ -207,7 +207,7 @@ def _sheet_of_words(codes: Sequence[str], a: Asked, db: Path, size: tuple[float,
 
 def _of_word(kind: Kind, drawing: Drawing, codes: Sequence[str], a: Asked, db: Path) -> "Figure":
     """Draw the orbit of a single word, stored or solved now."""
-    from orbitdb.orbits.orbit import solve_word
+    from orbitdb.orbits.newton import solve_word
     from orbitdb.store.lookup import with_existence
 
     if len(codes) != 1:

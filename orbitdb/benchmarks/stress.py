@@ -70,7 +70,7 @@ def compare(case: str, asked: str, orbits: Orbits, stadium: Stadium, seconds: fl
     from orbitdb.orbits.balls import true_errors
 
     truth = certificates(orbits.words, stadium, BITS)
-    status = np.array([each.status.value for each in truth])
+    status = np.array([enclosure.status.value for enclosure in truth])
     kept = np.flatnonzero((status == Status.ORBIT) & (orbits.status == Status.ORBIT))
     part = orbits.rows(kept)
     errors = true_errors(part, [truth[row] for row in kept])[:3]
@@ -133,7 +133,7 @@ def closed_words(stadium: Stadium, p: int, count: int, seed: int = 1) -> Words:
     rays = [Rays(arcs.x + arcs.side * stadium.a, arcs.y, arcs.vx, arcs.vy, arcs.side)]
     for _ in range(p + _WINDOW + 1):
         rays.append(bounce(rays[-1], stadium.a).rays)
-    x, y, side = (np.stack([getattr(each, name) for each in rays], axis=1) for name in ("x", "y", "side"))
+    x, y, side = (np.stack([getattr(ray, name) for ray in rays], axis=1) for name in ("x", "y", "side"))
     symbols, _ = written(stadium, x, y, side)
     left = SIDE[symbols] < 0
     begins = left[:, 1:] & ~left[:, :-1]
@@ -178,7 +178,7 @@ def weighted_sums(terms: int = 30_000_000) -> Iterator[Outcome]:
     seconds = perf_counter() - begin
     weight = np.exp(-lyapunov)
     pairs = zip(sums.tolist(), (weight, weight * lyapunov, weight * rows.length), strict=False)
-    errors = [_relative_error(found, parts) for found, parts in pairs]
+    errors = [_relative_error(total, parts) for total, parts in pairs]
     yield Outcome(
         case="sum",
         asked="e^-40 .. e^0, against exact summation",

@@ -153,11 +153,11 @@ def ball_rows(cases: Sample, bits: Sequence[int] = BITS) -> Iterator[WorkPrecisi
         begin = perf_counter()
         enclosures = certificates(cases.words, cases.stadium, precision)
         seconds = perf_counter() - begin
-        kept = [each for each in enclosures if each.status is Status.ORBIT]
+        kept = [enclosure for enclosure in enclosures if enclosure.status is Status.ORBIT]
         errors = (
-            np.array([max(float(x.rad()) for x in each.coordinates) for each in kept]),
-            np.array([float(each.length.rad() / each.length.mid()) for each in kept]),
-            np.array([float(each.lyapunov.rad() / each.lyapunov.mid()) for each in kept]),
+            np.array([max(float(x.rad()) for x in ball.coordinates) for ball in kept]),
+            np.array([float(ball.length.rad() / ball.length.mid()) for ball in kept]),
+            np.array([float(ball.lyapunov.rad() / ball.lyapunov.mid()) for ball in kept]),
         )
         failures = sum(a.status is not b.status for a, b in zip(enclosures, cases.truth, strict=True))
         yield _summary("balls", precision, cases, failures, errors, seconds, shared=True)
@@ -169,7 +169,7 @@ def _row(
     """Compare the orbits that a method found with their enclosures, and return the row."""
     from orbitdb.orbits.balls import true_errors
 
-    status = np.array([each.status.value for each in cases.truth])
+    status = np.array([enclosure.status.value for enclosure in cases.truth])
     kept = np.flatnonzero((status == Status.ORBIT) & np.isfinite(orbits.coordinates).all(axis=1))
     truth = [cases.truth[row] for row in kept]
     coordinates, length, lyapunov = true_errors(orbits.rows(kept), truth)[:3]
@@ -193,7 +193,7 @@ def _summary(
 ) -> WorkPrecision:
     words = len(cases.words)
     served = int(cases.sizes.sum()) if shared else words
-    numbers = [float(f(each)) if len(each) else float("nan") for each in errors for f in (np.max, np.median)]
+    numbers = [float(f(of)) if len(of) else float("nan") for of in errors for f in (np.max, np.median)]
     return WorkPrecision(method, setting, words, seconds / words, seconds / served, failures, *numbers)
 
 

@@ -121,8 +121,8 @@ def check_functions() -> None:
     for name, (arguments, results) in HARD.items():
         for order in (1, -1):
             exact = np.array(results[::order])
-            found = getattr(np, name)(np.array(arguments[::order]))
-            worst = (np.abs(found - exact) / np.spacing(np.abs(exact))).max()
+            computed = getattr(np, name)(np.array(arguments[::order]))
+            worst = (np.abs(computed - exact) / np.spacing(np.abs(exact))).max()
             if not worst <= UNITS[name]:
                 raise RoundingError(
                     f"NumPy's {name} is off by {worst:.3g} units in the last place here, but error bounds"

@@ -80,11 +80,10 @@ def hessian(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:
     sin_in, sin_out = np.sqrt(1 - links.cos_in**2), np.sqrt(1 - links.cos_out**2)
     curved = np.where(STRAIGHT[words], 0.0, sin_in + sin_out)
     matrix = np.zeros((n, p, p))
-    here = np.arange(p)
-    after = np.roll(here, -1)
-    matrix[:, here, here] += sin_in**2 / links.before + sin_out**2 / links.after - curved
-    matrix[:, here, after] += couplings
-    matrix[:, after, here] += couplings
+    own, after = np.arange(p), np.roll(np.arange(p), -1)
+    matrix[:, own, own] += sin_in**2 / links.before + sin_out**2 / links.after - curved
+    matrix[:, own, after] += couplings
+    matrix[:, after, own] += couplings
     return matrix
 
 

@@ -152,6 +152,6 @@ def written(stadium: Stadium, x: Floats, y: Floats, side: Floats) -> tuple[Words
     same = (side[:, 1:] == side[:, :-1]) & (side[:, 1:] != 0)
     falls = same & (coordinates[:, 1:] < coordinates[:, :-1])
     down = falls[:, 1:] | falls[:, :-1]
-    here, height = side[:, 1:-1], y[:, 1:-1]
-    curved = np.where(here < 0, 1 + 3 * down, 3 + 2 * down)
-    return np.where(here == 0, 1 + height, curved).astype(np.uint8), coordinates[:, 1:-1]
+    side, height = side[:, 1:-1], y[:, 1:-1]
+    curved = np.where(side < 0, 1 + 3 * down, 3 + 2 * down)
+    return np.where(side == 0, 1 + height, curved).astype(np.uint8), coordinates[:, 1:-1]

@@ -13,10 +13,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from orbitdb.arrays import Marks
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.growth import Automaton, automaton, growth
+from orbitdb.entropy.growth import automaton, growth
 from orbitdb.entropy.verdicts import Decision, Verdict, decide
 from orbitdb.entropy.windows import Letters, Windows, extended, first_windows
 from orbitdb.extras import Record
@@ -94,22 +93,8 @@ Judge = Callable[[Windows, float, Tell | None], Decision]
 """A function that decides windows at a given a and reports progress."""
 
 
-def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) -> Iterator[EntropyBounds]:
-    """Enclose the topological entropy with longer and longer windows.
-
-    Parameters
-    ----------
-    tell : callable, optional
-        Receives progress reports.
-    judge : callable, optional
-        `orbitdb.entropy.verdicts.decide` or `orbitdb.entropy.proof.Proof.decide`.
-
-    Yields
-    ------
-    EntropyBounds
-        For windows of 2, 3, ... edges, up to `MAX_WINDOW`, or until no window or more than `MOST_UNDECIDED`
-        are undecided.
-    """
+def _levels(stadium: Stadium, tell: Tell | None, judge: Judge) -> Iterator[EntropyBounds]:
+    """Yield bounds for windows of 2, 3, ... edges, while there are undecided windows, but not too many."""
     forbidden: list[tuple[Letters, int]] = []
     windows, count = first_windows(), 0
     while len(windows):
@@ -122,26 +107,16 @@ def levels(stadium: Stadium, tell: Tell | None = None, judge: Judge = decide) ->
             tell(0, 0, f"{windows.edges} letters: growth rates")
         avoiding = automaton(forbidden)
         upper = growth(*avoiding.edges(FORBIDDEN), len(avoiding)).upper
-        at_end = windows.edges == MAX_WINDOW or len(windows) > MOST_UNDECIDED
-        following = None if at_end else _following(windows, at_left, avoiding)
+        if going_on := windows.edges < MAX_WINDOW and len(windows) <= MOST_UNDECIDED:
+            longer = extended(windows, at_left)
+            longer = longer.rows(avoiding.follow(longer.letters) == 0)
         del avoiding  # the next automaton needs the memory
-        lower = _lower(forbidden, windows)
+        avoiding = automaton([*forbidden, (windows.letters, UNDECIDED)])
+        lower = max(0.0, growth(*avoiding.edges(FORBIDDEN | UNDECIDED), len(avoiding)).lower)
         yield EntropyBounds(stadium.a, windows.edges, lower, upper, count, len(windows))
-        if following is None:
+        if not going_on:
             break
-        windows = following
-
-
-def _following(windows: Windows, at_left: Marks, avoiding: Automaton) -> Windows:
-    """Return the windows extended by one letter, without those that contain a forbidden window."""
-    longer = extended(windows, at_left)
-    return longer.rows(avoiding.follow(longer.letters) == 0)
-
-
-def _lower(forbidden: list[tuple[Letters, int]], undecided: Windows) -> float:
-    """Return the growth rate of the words that avoid the undecided windows too, rounded down."""
-    avoiding = automaton([*forbidden, (undecided.letters, UNDECIDED)])
-    return max(0.0, growth(*avoiding.edges(FORBIDDEN | UNDECIDED), len(avoiding)).lower)
+        windows = longer
 
 
 def search(
@@ -152,7 +127,7 @@ def search(
     tell: Tell | None = None,
     judge: Judge = decide,
 ) -> Iterator[EntropyBounds]:
-    """Enclose the topological entropy until the bounds are tight enough or the time is up.
+    """Enclose the topological entropy with longer and longer windows, up to some limit.
 
     Parameters
     ----------
@@ -162,17 +137,20 @@ def search(
         Stop when the upper minus the lower bound is at most this.
     seconds : float, optional
         Time limit. A level is not begun if, judging by the last two, it would exceed the limit.
-    tell, judge : callable, optional
-        As for `levels`.
+    tell : callable, optional
+        Receives progress reports.
+    judge : callable, optional
+        `orbitdb.entropy.verdicts.decide` or `orbitdb.entropy.proof.Proof.decide`.
 
     Yields
     ------
     EntropyBounds
-        The same as `levels`.
+        For windows of 2, 3, ... edges, up to `MAX_WINDOW`, or until no window or more than `MOST_UNDECIDED`
+        are undecided.
     """
     began = ended = time.monotonic()
     last = 0.0
-    for bounds in levels(stadium, tell, judge):
+    for bounds in _levels(stadium, tell, judge):
         yield bounds
         took, ended = time.monotonic() - ended, time.monotonic()
         growing = max(took / last, _LEAST_GROWTH) if last > _BRIEF else _USUAL_GROWTH

@@ -59,7 +59,7 @@ class Automaton:
     # the same after each state and letter, shape (n, 9); meaningless if the letter may not follow
     step: NDArray[np.int32]
     last: Letters  # the last letter of the upright word of each state, shape (n,); 255 for state 0
-    found: Masks  # the kinds (bits) of the patterns with which the word of each state ends, shape (n,)
+    matches: Masks  # the kinds (bits) of the patterns with which the word of each state ends, shape (n,)
 
     def __len__(self) -> int:
         return len(self.last)
@@ -67,17 +67,17 @@ class Automaton:
     def follow(self, words: Letters) -> Masks:
         """Return the kinds of the patterns that each word contains, mirrored or not, shape (N,)."""
         move = self.first[words[:, 0]]
-        seen = self.found[move >> 1]
+        seen = self.matches[move >> 1]
         turned = (move & 1).astype(np.bool_)
         for letter in words.T[1:]:
             move = self.step[move >> 1, np.where(turned, MIRROR[letter], letter)]
             turned ^= (move & 1).astype(np.bool_)
-            seen |= self.found[move >> 1]
+            seen |= self.matches[move >> 1]
         return seen
 
     def edges(self, avoided: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """Return the steps that avoid patterns of the given kinds (bits), as origins and targets."""
-        free = (self.found & avoided) == 0
+        free = (self.matches & avoided) == 0
         free[0] = False
         origins, targets = [], []
         for start in range(0, len(self), _CHUNK):
@@ -108,12 +108,12 @@ def automaton(patterns: list[tuple[Letters, int]]) -> Automaton:
         mirrored = tree.unsigned[parent] & (letter != X)
         step[parent, letter] = 2 * children
         step[parent[mirrored], MIRROR[letter[mirrored]]] = 2 * children[mirrored] + 1
-        tree.found[children] |= tree.found[fail >> 1]
+        tree.matches[children] |= tree.matches[fail >> 1]
         # as long as a state has no children, it takes the steps of its longest proper suffix
         ways, over = step[fail >> 1], fail & 1 == 1
         ways[over] = ways[over][:, MIRROR] ^ 1
         step[children] = ways
-    return Automaton(first, step, tree.letter, tree.found)
+    return Automaton(first, step, tree.letter, tree.matches)
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class _Tree:
     parent: NDArray[np.int32]
     letter: Letters
     unsigned: Marks
-    found: Masks
+    matches: Masks
     levels: list[NDArray[np.int32]]
 
     @classmethod
@@ -147,13 +147,13 @@ class _Tree:
             levels.append(np.arange(size, size + len(new), dtype=np.int32))
             node = np.where(there, size - 1 + (fresh & there).cumsum(dtype=np.int32), node)
             size += len(new)
-        found = np.zeros(size, dtype=np.uint8)
-        np.bitwise_or.at(found, node, kinds)
+        matches = np.zeros(size, dtype=np.uint8)
+        np.bitwise_or.at(matches, node, kinds)
         return cls(
             parent=np.concatenate([np.zeros(1, np.int32), *parents]),
             letter=np.concatenate([np.full(1, _NOTHING), *letters]),
             unsigned=np.concatenate([np.ones(1, np.bool_), *unsigned]),
-            found=found,
+            matches=matches,
             levels=levels,
         )
 

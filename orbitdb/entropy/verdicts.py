@@ -117,16 +117,16 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
     for _ in range(MAX_STEPS):
         slopes = derivatives(problem.legs, a, alpha)
         pressed = pressed_directions(alpha, slopes, (problem.low, problem.high))
-        found = _condition(problem, alpha, _direction_error(problem.legs, a, alpha, slopes, pressed))
+        condition = _condition(problem, alpha, _direction_error(problem.legs, a, alpha, slopes, pressed))
         solved.alpha[:, active] = alpha
-        solved.value[active], solved.error[active] = found.value, found.error
-        going = np.flatnonzero(_worth(found, last, enough[active]))
+        solved.value[active], solved.error[active] = condition.value, condition.error
+        going = np.flatnonzero(_worth(condition, last, enough[active]))
         if not len(going):
             break
         if len(going) < len(active):
             active, alpha, pressed = active[going], alpha.take(going, axis=1), pressed.take(going, axis=1)
             problem, slopes = problem.rows(going), slopes.rows(going)
-        last = found.error[going]
+        last = condition.error[going]
         (step,) = responses(problem.legs, slopes, pressed, slopes.gradient)
         alpha = np.clip(alpha + step, problem.low, problem.high)
     return solved

@@ -190,6 +190,6 @@ def _chains(windows: Windows, m: int, left: Places, right: Places) -> OpenChains
     s[0] *= -1  # the path leaves the last wall of leg 0
     marked = leg[np.arange(count), windows.mark]
     d = np.where(turn < 0, -1.0, 1.0)
-    here = (marked, np.arange(count))
-    d[here] = np.where((k[here] == 1) & (s[here] != 0), s[here], d[here])  # as the condition expects
+    mark = (marked, np.arange(count))
+    d[mark] = np.where((k[mark] == 1) & (s[mark] != 0), s[mark], d[mark])  # as the condition expects
     return OpenChains(k, d, n, s, left, right, marked)

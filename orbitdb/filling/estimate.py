@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 from orbitdb.answers.export import check_space
 from orbitdb.store.connection import Connection
@@ -20,8 +20,8 @@ LARGE = 1_000_000
 BYTES = 41.0
 """Bytes per word at p = 15: an eighth of a class and its orbit."""
 
-_RATES = {"newton": (3.2e-7, 1.0e-6, 5.0e-7), "relaxation": (1.3e-5, 2.1e-3, 3.2e-6)}
-"""Seconds per word for enumerating, solving and storing, on one core of a recent server.
+_RATES = {"newton": (3.2e-7, 1.0e-6, 5.0e-7, 0.0), "relaxation": (1.3e-5, 2.1e-3, 3.2e-6, 0.0)}
+"""Seconds per word for enumerating, solving and storing, on one core of a recent server, and at least in all.
 
 Measured at p = 15 for Newton's method, and at p = 9 for the relaxation, which slows down with p.
 """
@@ -62,15 +62,14 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     With Newton's method, the rates are those of earlier large fills in the file, if there are any. The
     catalogue need not exist. Each of the `jobs` processes is assumed to have its own core.
     """
-    stored = _at_every_a(path, read_fills)
-    words = _missing(periods, {fill.p: fill.words for fill in stored.get(a, ())})
-    fills = [fill for of_a in stored.values() for fill in of_a if fill.storing and fill.enumerating]
-    large = _largest(fills, [fill.words for fill in fills]) if method == "newton" else []
-    if large:
-        enumerating, solving, storing = _mean(large, ("enumerating", "solving", "storing"), large)
-        wall = _mean(large, ("seconds",), large)[0]
-    else:
-        (enumerating, solving, storing), wall = _RATES[method], 0.0
+    stored = _stored(path, read_fills)
+    words = _missing(periods, {fill.p: fill.words for at, fill in stored if at == a})
+    done = [
+        (fill.words, (fill.enumerating, fill.solving, fill.storing, fill.seconds))
+        for _, fill in stored
+        if method == "newton" and fill.storing and fill.enumerating
+    ]
+    enumerating, solving, storing, wall = _rates(done) or _RATES[method]
     alone = max(enumerating + solving + storing, wall)  # the disk or other programs may slow this machine
     return Need(words, round(BYTES * words), max(storing, alone / jobs) * words, alone * words)
 
@@ -80,37 +79,30 @@ def sweep_need(path: Path, a: float, periods: Sequence[int], jobs: int) -> Need:
 
     A sweep stores no rows, so it needs hardly any space.
     """
-    stored = _at_every_a(path, read_sweeps)
-    words = _missing(periods, {sweep.p: sweep.tally.words for sweep in stored.get(a, ())})
-    sweeps = [sweep for of_a in stored.values() for sweep in of_a]
-    large = _largest(sweeps, [sweep.tally.words for sweep in sweeps])
-    rate = _mean(large, ("processor",), [sweep.tally for sweep in large])[0] if large else _SWEEPING
+    stored = _stored(path, read_sweeps)
+    words = _missing(periods, {sweep.p: sweep.tally.words for at, sweep in stored if at == a})
+    (rate,) = _rates([(sweep.tally.words, (sweep.processor,)) for _, sweep in stored]) or [_SWEEPING]
     return Need(words, 0, rate * words / jobs, rate * words)
 
 
 def _missing(periods: Sequence[int], stored: Mapping[int, int]) -> int:
-    """Return the number of words of the given periods that are not stored."""
     return sum(count_admissible(p) - stored.get(p, 0) for p in periods)
 
 
-def _largest(done: Sequence[Record], words: Sequence[int]) -> list[Record]:
-    """Return the largest fills or sweeps, each with its number of words."""
-    least = max(ENOUGH, max(words, default=0) / _ALIKE)
-    return [each for each, count in zip(done, words, strict=True) if count >= least]
+def _rates(done: Sequence[tuple[int, Sequence[float]]]) -> list[float]:
+    """Return the means of the seconds per word in the largest fills or sweeps, [] if all were small."""
+    least = max(ENOUGH, max((words for words, _ in done), default=0) / _ALIKE)
+    large = [(words, seconds) for words, seconds in done if words >= least]
+    total = sum(words for words, _ in large)
+    return [sum(column) / total for column in zip(*(seconds for _, seconds in large), strict=True)]
 
 
-def _mean(done: Sequence[Record], names: Sequence[str], counted: Sequence[Any]) -> list[float]:
-    """Return seconds per word, averaged over fills or sweeps."""
-    words = sum(each.words for each in counted)
-    return [sum(getattr(each, name) for each in done) / words for name in names]
-
-
-def _at_every_a(path: Path, read: Callable[[Connection, float], list[Record]]) -> dict[float, list[Record]]:
-    """Return the fills or sweeps at each a; none if the file is not a catalogue with the latest schema."""
+def _stored(path: Path, read: Callable[[Connection, float], list[Record]]) -> list[tuple[float, Record]]:
+    """Return the fills or sweeps with their a; none if the file is not a catalogue with the latest schema."""
     if check_file(path) != SCHEMA_VERSION:
-        return {}
+        return []
     with reading(path) as moment:
-        return {a: read(moment, a) for a in a_values(moment)}
+        return [(a, record) for a in a_values(moment) for record in read(moment, a)]
 
 
 def check_room(path: Path, needed: Need) -> None:

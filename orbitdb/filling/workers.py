@@ -4,6 +4,7 @@ Results come in the order of the blocks. The number of blocks in progress is lim
 """
 
 import json
+import operator
 import os
 import pickle
 import signal
@@ -13,6 +14,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from functools import partial
 from itertools import count, islice
 from multiprocessing import connection, get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection
@@ -21,7 +23,6 @@ from pathlib import Path
 from traceback import format_exception
 from types import ModuleType, TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeAlias, TypeVar
-from uuid import uuid4
 
 from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
@@ -300,7 +301,8 @@ class Cluster(Workers):
 
     def _begin(self, block: Task[Any]) -> "DaskTask":
         with _failures():
-            return self._running().submit(pickle.loads, pickle.dumps(_Call(block)), key=f"orbitdb-{uuid4()}")
+            client, task = self._running(), pickle.dumps(partial(_solve_there, block))
+            return client.submit(operator.call, client.submit(pickle.loads, task, pure=False), pure=False)
 
     def _running(self) -> "Client":
         if self._client.status != "running":
@@ -308,22 +310,12 @@ class Cluster(Workers):
         return self._client
 
 
-class _Call:
-    """A block that is solved by unpickling it.
-
-    A worker without orbitdb then fails only at this task, and reports it. A task that a worker could not even
-    receive would kill that worker, and then the others one by one.
-    """
-
-    def __init__(self, block: Task[Any]) -> None:
-        self.block = block
-
-    def __reduce__(self) -> tuple[Callable[[Task[Any]], tuple[str, Any]], tuple[Task[Any]]]:
-        return _solve_there, (self.block,)
-
-
 def _solve_there(block: Task[Any]) -> tuple[str, Any]:
-    """Solve a block; return the version of orbitdb and the result."""
+    """Solve a block; return the version of orbitdb and the result.
+
+    The block is sent as bytes. A worker without orbitdb then fails only at this task, and reports it. A task
+    that a worker could not even receive would kill that worker, and then the others one by one.
+    """
     return __version__, block()
 
 

@@ -172,14 +172,14 @@ class BallPath:
         """Return the slacks of the conditions, in radians and in coordinate units."""
         first, last = self.ends()
         half_pi, slack, distance = arb.pi() / 2, [], []
-        for each in conditions:
-            t = (last if each.end > 0 else first)[each.run]
-            t = t if each.sign > 0 else -t
-            if not each.tilt:
+        for condition in conditions:
+            t = (last if condition.end > 0 else first)[condition.run]
+            t = t if condition.sign > 0 else -t
+            if not condition.tilt:
                 slack.append(half_pi - t)
                 distance.append(slack[-1])
                 continue
-            x = each.tilt * self.alpha[each.leg]
+            x = condition.tilt * self.alpha[condition.leg]
             slack.append(half_pi - t - 2 * x)
             width = 2 * (half_pi / 2 + t / 2).cos() / x.sin()
             distance.append(width * (slack[-1] / 2).sin())

@@ -118,7 +118,7 @@ def _status(path: BallPath, conditions: list[Condition], slack: Balls) -> Status
         return Status.DYNAMICAL
     if not all(low < x < high for x, (low, high) in zip(path.alpha, path.limits, strict=True)):
         return Status.UNRESOLVED
-    touching = [each for each in zip(conditions, slack, strict=True) if not each[1] > 0]
+    touching = [(condition, x) for condition, x in zip(conditions, slack, strict=True) if not x > 0]
     if not touching:
         return Status.ORBIT
     close = arb(2) ** -_CLOSE * (-path.exponent()).exp()
@@ -289,7 +289,7 @@ def joins(path: BallPath, touching: Sequence[tuple[Condition, arb]]) -> bool:
     for field, elements in _suggestions(numbers):
         turns = list(zip(elements[::2], elements[1::2], strict=True))
         exact = ExactPath(path, field, turns[: path.m], turns[path.m :])
-        if exact.is_maximum() and all(exact.is_zero(*each) for each in touching):
+        if exact.is_maximum() and all(exact.is_zero(*pair) for pair in touching):
             return True
     return False
 

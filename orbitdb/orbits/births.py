@@ -72,10 +72,10 @@ def bracket(words: Words, legs: Chain, zeros: Zeros) -> Bracketed:
     before, after = np.zeros(len(x), np.int8), np.zeros(len(x), np.int8)
     open_ = np.arange(len(x))
     while len(open_):
-        here, away = part.chain(open_), delta[open_] * drift.take(open_, axis=1)
+        chains, away = part.chain(open_), delta[open_] * drift.take(open_, axis=1)
         low[open_], high[open_] = x[open_] * (1 - delta[open_]), x[open_] * (1 + delta[open_])
-        before[open_] = statuses(here, low[open_], alpha.take(open_, axis=1) - away)
-        after[open_] = statuses(here, high[open_], alpha.take(open_, axis=1) + away)
+        before[open_] = statuses(chains, low[open_], alpha.take(open_, axis=1) - away)
+        after[open_] = statuses(chains, high[open_], alpha.take(open_, axis=1) + away)
         open_ = open_[(before[open_] * after[open_] == 0) & (delta[open_] < _WIDEST)]
         delta[open_] = np.minimum(_WIDER * delta[open_], _WIDEST)
     for side, ends in ((before, low), (after, high)):
@@ -93,9 +93,9 @@ def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:
     do not depend on them.
     """
     limits = direction_limits(legs, a)
-    here = np.clip(alpha, *limits)
-    here = np.clip(here + motion(legs, a, here, limits)[0], *limits)
-    status = decide(legs, a, here).status
+    alpha = np.clip(alpha, *limits)
+    alpha = np.clip(alpha + motion(legs, a, alpha, limits)[0], *limits)
+    status = decide(legs, a, alpha).status
     return (status == Status.ORBIT).astype(np.int8) - (status == Status.DYNAMICAL).astype(np.int8)
 
 
@@ -117,7 +117,7 @@ def proved_signs(words: Words, a: Floats) -> Signs:
     sign = np.zeros(len(words), np.int8)
     for at in np.unique(a).tolist():
         same = np.flatnonzero(a == at)
-        sign[same] = [_SIGNS.get(each.status, 0) for each in certificates(words[same], Stadium(at))]
+        sign[same] = [_SIGNS.get(ball.status, 0) for ball in certificates(words[same], Stadium(at))]
     return sign
 
 
@@ -211,8 +211,8 @@ def joints(words: Words, slack: Integers) -> tuple[Integers, Integers]:
         on_wall, at_end = kind >= 4, np.isin(kind, (2, 3, 5))
         place = np.where(at_end, np.where(on_wall, n, k) - 1, 0)
         run, places, straight = legs.bounces
-        here = (run == i) & (places == place) & (straight == on_wall)
-        bounce[rows] = here.argmax(axis=0) + 1
+        at_joint = (run == i) & (places == place) & (straight == on_wall)
+        bounce[rows] = at_joint.argmax(axis=0) + 1
         top = np.where(on_wall, np.where(at_end, -s * parity, s) > 0, kind % 2 == 0)
         joint[rows] = 2 * top + (i + (kind == 5)) % 2
     return bounce, joint
@@ -225,11 +225,11 @@ def _search(words: Words, always: Marks, foot: Floats, high: float, rows: Intege
         raise WorkError(f"the births and deaths of {word} cannot be separated: please report this word")
     parts = []
     for low in (LOW, MIN_A):
-        here = rows[foot[rows] == low]
+        from_low = rows[foot[rows] == low]
         cells = int(np.ceil(FINER[level] * np.log(high / low) / _CELL))
         grid = np.linspace(np.log(high), np.log(low), cells + 1)
-        for places, legs in cut(words[here]):
-            own = here[places]
+        for places, legs in cut(words[from_low]):
+            own = from_low[places]
             part = bracket(words[own], legs, refine(legs, candidates(legs, follow(legs, grid))))
             parts.append(replace(part, word=own[part.word]))
     changes = _merged(Bracketed.joined([_NONE, *parts]))

@@ -93,17 +93,17 @@ def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
 def _settle(legs: Chain, a: float, start: Floats, limits: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
     """Solve words, starting from nearby directions; return directions and drift, each of shape (m, N)."""
     alpha, drift = start.copy(), np.empty_like(start)
-    part, here, active = legs, start, np.arange(len(legs))
+    part, old, active = legs, start, np.arange(len(legs))
     for _ in range(_PLAIN_STEPS):
-        step, drift[:, active] = motion(part, a, here, limits)
-        new = np.clip(here + step, *limits)
+        step, drift[:, active] = motion(part, a, old, limits)
+        new = np.clip(old + step, *limits)
         alpha[:, active] = new
-        going = np.flatnonzero(np.abs(new - here).max(axis=0) > _ON_THE_WAY)
+        going = np.flatnonzero(np.abs(new - old).max(axis=0) > _ON_THE_WAY)
         if not len(going):
             return alpha, drift
-        active, here, part = active[going], new.take(going, axis=1), part.chain(going)
+        active, old, part = active[going], new.take(going, axis=1), part.chain(going)
         limits = (limits[0].take(going, axis=1), limits[1].take(going, axis=1))
-    alpha[:, active] = newton(part, a, start=here).alpha
+    alpha[:, active] = newton(part, a, start=old).alpha
     _, drift[:, active] = motion(part, a, alpha[:, active], limits)
     return alpha, drift
 

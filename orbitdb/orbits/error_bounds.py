@@ -95,8 +95,8 @@ def length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha
     half = half_turns(legs, alpha)
     terms = 2 * a * np.cos(alpha) + 2 * legs.n * np.abs(np.sin(alpha)) + 2 * legs.k * np.sin(half)
     second = add_up((np.abs(slopes.gradient) + gradient_rounding(legs, a, alpha)) * alpha_error)
-    each = 3 * EPSILON + summation_rounding(len(terms))
-    return ABOVE * (second + add_up(each * terms + 9 * EPSILON * np.abs(np.cos(half))))
+    relative = 3 * EPSILON + summation_rounding(len(terms))
+    return ABOVE * (second + add_up(relative * terms + 9 * EPSILON * np.abs(np.cos(half))))
 
 
 def lambda_error(legs: Chain, slopes: Derivatives, alpha_error: Floats, value: Floats) -> Floats:

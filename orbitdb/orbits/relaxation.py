@@ -9,7 +9,6 @@ all bounces obey the law of reflection.
 Source: Biham and Kvale, eq. (2) and section II, with C = 1, h = 0.1 and fourth-order Runge-Kutta steps.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -26,7 +25,6 @@ EPSILON = 1e-7
 
 STEP = 0.1
 MAX_STEPS = 200_000
-_STEPS_BETWEEN_TELLING = 1000
 
 
 def relax(
@@ -35,7 +33,6 @@ def relax(
     epsilon: float = EPSILON,
     max_steps: int = MAX_STEPS,
     start: Floats | None = None,
-    progress: Callable[[int, int], None] | None = None,
 ) -> Orbits:
     """Find the orbits of admissible words by the paper's artificial dynamics.
 
@@ -50,8 +47,6 @@ def relax(
         Number of Runge-Kutta steps after which a word is left unresolved.
     start : ndarray, shape (N, p), optional
         Coordinates to start from; `starting_points` by default.
-    progress : callable, optional
-        Called every now and then with the number of steps taken and the number of words still moving.
 
     Returns
     -------
@@ -73,8 +68,6 @@ def relax(
             symbols, x = symbols.take(going, axis=1), x.take(going, axis=1)
         if not len(active):
             break
-        if progress is not None and step % _STEPS_BETWEEN_TELLING == 0:
-            progress(step, len(active))
         x = _runge_kutta_step(stadium, symbols, x, velocity)
     orbits.iterations[active] = max_steps
     return orbits
@@ -90,11 +83,11 @@ def starting_points(words: Words, stadium: Stadium) -> Floats:
     start = np.empty(words.shape)
     for rows, legs in cut(words):
         run, place, straight = legs.bounces
-        here = (run, np.arange(len(legs)))
-        count = np.where(straight, legs.n[here], legs.k[here])
+        own = (run, np.arange(len(legs)))
+        count = np.where(straight, legs.n[own], legs.k[own])
         spread = (2 * place + 1 - count) / (count + 1)
         ahead = 1.0 - 2.0 * (run % 2)
-        start[rows] = (spread * np.where(straight, stadium.a * ahead, HALF_PI * legs.d[here])).T
+        start[rows] = (spread * np.where(straight, stadium.a * ahead, HALF_PI * legs.d[own])).T
     return start
 
 

@@ -103,9 +103,9 @@ def _closed(stadium: Stadium, symbols: Words, points: Floats, starts: Places, p:
     Symbols can change if a piece is cut out of the middle of a run, because a single bounce has no sense.
     """
     around = starts[:, None] + np.arange(-1, p + 1) % p
-    here = symbols[around]
+    cut_out = symbols[around]
     x, y = np.moveaxis(points[around], -1, 0)
-    return written(stadium, x, np.where(STRAIGHT[here], here - 1.0, y), SIDE[here])[0]
+    return written(stadium, x, np.where(STRAIGHT[cut_out], cut_out - 1.0, y), SIDE[cut_out])[0]
 
 
 def _stretches(
@@ -113,17 +113,17 @@ def _stretches(
 ) -> Iterator[Shadow]:
     """Yield, for each word that is an orbit, the longest stretch of the trajectory that stays near it."""
     p = words.shape[1]
-    known, of = np.unique(words, axis=0, return_inverse=True)
-    solved = solve_admissible(known, stadium)
+    distinct, of = np.unique(words, axis=0, return_inverse=True)
+    solved = solve_admissible(distinct, stadium)
     exists = np.isin(solved.status, EXISTING)
-    corners = stadium.points(known, solved.coordinates)
+    corners = stadium.points(distinct, solved.coordinates)
     for word, start in zip(of.ravel(), starts, strict=True):
         if exists[word]:
             phase = (np.arange(len(points)) - start) % p
             distance = np.hypot(*(corners[word, phase] - points).T)
             first, count = _longest_run(distance <= tolerance)
             if count >= _LEAST:
-                turned = np.roll(known[word], -phase[first])
+                turned = np.roll(distinct[word], -phase[first])
                 least = float(distance[first : first + count].min())
                 yield Shadow(to_strings(turned[None])[0], first, count, least)
 

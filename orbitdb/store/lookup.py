@@ -114,7 +114,7 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
             stored = find_word(connection, word, a)
     if stored is not None:
         return stored
-    from orbitdb.orbits.orbit import solve_word
+    from orbitdb.orbits.newton import solve_word
 
     return solve_word(word, a)
 
@@ -122,11 +122,11 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
 def with_existence(orbit: Orbit) -> Orbit:
     """Return an orbit with the ranges of a in which it exists, after computing them if necessary.
 
-    The ranges stay unknown for words longer than `orbitdb.orbits.orbit.LONGEST`.
+    The ranges stay unknown for words longer than `orbitdb.orbits.newton.LONGEST`.
     """
     if orbit.exists is not None:
         return orbit
-    from orbitdb.orbits.orbit import LONGEST, existence
+    from orbitdb.orbits.newton import LONGEST, existence
 
     return orbit if orbit.p > LONGEST else replace(orbit, exists=tuple(existence(orbit.code)))
 

@@ -231,10 +231,10 @@ def images_of(word: str) -> list[str]:
 
 def members(word: str) -> dict[str, int]:
     """Return the distinct images of a word as least rotations, and the first element leading to each."""
-    found: dict[str, int] = {}
+    elements: dict[str, int] = {}
     for g, image in enumerate(images_of(word)):
-        found.setdefault(least_rotation(image), g)
-    return found
+        elements.setdefault(least_rotation(image), g)
+    return elements
 
 
 def class_size(stabiliser: int) -> int:

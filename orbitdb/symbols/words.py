@@ -120,9 +120,9 @@ def run_notation(word: str) -> str:
     plain = ""
     place = 0
     while place < len(word):
-        if found := _RUN.match(word, place):
-            unit = found[1]
-            count = len(found[0]) // len(unit)
+        if power := _RUN.match(word, place):
+            unit = power[1]
+            count = len(power[0]) // len(unit)
             terms += [plain] if plain else []
             terms.append(f"{unit}^{count}" if len(unit) == 1 else f"({unit})^{count}")
             plain = ""
@@ -173,10 +173,10 @@ def is_primitive(word: str) -> bool:
 def are_primitive(words: Words) -> Marks:
     """Tell which words, shape (N, p), are not repetitions of shorter words, shape (N,)."""
     p = words.shape[1]
-    found = np.ones(len(words), dtype=np.bool_)
+    primitive = np.ones(len(words), dtype=np.bool_)
     for shift in (n for n in range(1, p) if p % n == 0):
-        found &= (words != np.roll(words, shift, axis=1)).any(axis=1)
-    return found
+        primitive &= (words != np.roll(words, shift, axis=1)).any(axis=1)
+    return primitive
 
 
 def parse_primitive(text: str) -> str:

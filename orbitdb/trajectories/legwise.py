@@ -101,7 +101,7 @@ class Beams(NamedTuple):
 def simulate_legs(
     stadium: Stadium,
     bounces: int,
-    known: Measured,
+    exact: Measured,
     seed: int = 0,
     progress: Callable[[float, Reference], None] | None = None,
 ) -> Reference:
@@ -111,7 +111,7 @@ def simulate_legs(
     ----------
     bounces : int
         Expected total number of bounces, from at least `LEAST` starts with at most `LEGS` legs each.
-    known : (float, float)
+    exact : (float, float)
         The exact mean of ln D + ln K + c2 per leg, and a bound on its error.
     seed : int, optional
         Seed of the random numbers; the same arguments give the same result.
@@ -140,13 +140,13 @@ def simulate_legs(
     starts = max(LEAST, math.ceil(legs / LEGS))
     legs_each = math.ceil(min(LEGS, legs / starts))
     batches = math.ceil(starts / STARTS)
-    each = math.ceil(starts / batches)
+    starts_each = math.ceil(starts / batches)
     rng = np.random.default_rng(seed)
     moments = np.zeros((2, 4))
     for count in range(1, batches + 1):
-        terms = _batch(stadium.a, each, legs_each, rng)
+        terms = _batch(stadium.a, starts_each, legs_each, rng)
         moments += terms.sum(axis=1), (terms**2).sum(axis=1)
-        averages = _reference(moments, count * each, legs_each, stadium, known, seed)
+        averages = _reference(moments, count * starts_each, legs_each, stadium, exact, seed)
         if progress is not None:
             progress(count / batches, averages)
     return averages
@@ -191,7 +191,7 @@ def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
 
 
 def _reference(
-    moments: Floats, starts: int, legs: int, stadium: Stadium, known: Measured, seed: int
+    moments: Floats, starts: int, legs: int, stadium: Stadium, exact: Measured, seed: int
 ) -> Reference:
     """Compute the averages from sums of the terms and of their squares over all starts, shape (2, 4).
 
@@ -201,6 +201,6 @@ def _reference(
     """
     rest, width, path, bounces = means = moments[0] / starts
     errors = np.sqrt(np.maximum(moments[1] / starts - means**2, 0) / (starts - 1))
-    growth = known[0] + rest, math.hypot(errors[0], known[1]) + width / 2
+    growth = exact[0] + rest, math.hypot(errors[0], exact[1]) + width / 2
     way, rates = (path + 2 * stadium.a, errors[2]), (stadium.legs_per_bounce, stadium.legs_per_length)
     return Reference.of(growth, way, *rates, round(bounces * starts * legs), starts, seed)

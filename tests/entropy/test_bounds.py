@@ -14,7 +14,7 @@ from solutions import words_of
 
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.bounds import FORBIDDEN, UNDECIDED, levels, search
+from orbitdb.entropy.bounds import FORBIDDEN, UNDECIDED, search
 from orbitdb.entropy.growth import TOLERANCE, automaton, growth
 from orbitdb.entropy.verdicts import Verdict, decide
 from orbitdb.entropy.windows import (
@@ -63,7 +63,7 @@ def test_the_automaton_finds_patterns_their_mirror_images_and_reversals(data):
         expected.append(kinds)
     assert (found.follow(EDGE_WORDS) == expected).all()
     avoiding = sum(1 for kinds in expected if not kinds)
-    assert paths(*found.edges(3), len(found), found.first >> 1, (found.found & 3) == 0) == avoiding
+    assert paths(*found.edges(3), len(found), found.first >> 1, (found.matches & 3) == 0) == avoiding
 
 
 def paths(origin, target, states, first, free) -> int:
@@ -223,7 +223,7 @@ def test_extended_windows_keep_their_mark():
 @pytest.mark.parametrize(("name", "value"), [("MAX_WINDOW", 6), ("MOST_UNDECIDED", 100)])
 def test_the_search_ends_at_its_size_limits(monkeypatch, name, value):
     monkeypatch.setattr(f"orbitdb.entropy.bounds.{name}", value)
-    *before, last = levels(Stadium())
+    *before, last = search(Stadium())
     size = {"MAX_WINDOW": "window", "MOST_UNDECIDED": "undecided"}[name]
     assert getattr(before[-1], size) <= value <= getattr(last, size)
     assert (last.window == value) == (name == "MAX_WINDOW")

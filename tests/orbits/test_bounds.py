@@ -21,8 +21,7 @@ from orbitdb.orbits.least_values import (
     least_length,
     least_limit_of_lengths,
 )
-from orbitdb.orbits.newton import solve, solve_in_doubles
-from orbitdb.orbits.orbit import solve_word
+from orbitdb.orbits.newton import solve, solve_in_doubles, solve_word
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.words import from_strings, parse, to_strings
 

@@ -206,7 +206,7 @@ def test_the_number_of_bounces_is_close_to_the_requested_number(a, bounces):
 @pytest.mark.parametrize(("a", "bounces"), slow_but([(0.3, 1)], [(0.05, 3000), (0.3, 1), (1.6, 20_000)]))
 def test_errors_of_short_simulations_are_precise(a, bounces, legwise):
     """The spread of only 16 or 32 groups would determine the error to a sixth or an eighth of its value."""
-    run = partial(simulate_legs, known=(2.0, 0.0)) if legwise else simulate
+    run = partial(simulate_legs, exact=(2.0, 0.0)) if legwise else simulate
     found = [run(Stadium(a), bounces, seed=seed) for seed in range(40)]
     errors = np.array([one.mean_free_path_error for one in found])
     assert errors.std() < 0.08 * errors.mean()

@@ -20,7 +20,7 @@ from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.stored import Kept
 from orbitdb.cli.tui.view import NONE, Ordering
-from orbitdb.orbits.orbit import solve_word
+from orbitdb.orbits.newton import solve_word
 from orbitdb.store.file import Reader
 from orbitdb.store.selection import Selection
 

@@ -31,7 +31,7 @@ from orbitdb.cli.tui.braille import (
     polyline,
 )
 from orbitdb.cli.tui.facts import parts_of
-from orbitdb.orbits.orbit import solve_word
+from orbitdb.orbits.newton import solve_word
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of, members
 from orbitdb.symbols.words import least_rotation
