@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
-from orbitdb.orbits.orbit import Orbit, solve_word
+from orbitdb.orbits.newton import solve_word
+from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
 from orbitdb.store.lookup import find_or_solve, find_word
 from orbitdb.store.query import COLUMNS, choose
