@@ -5,8 +5,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Unpack
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError
-from orbitdb.orbits.newton import solve_word
+from orbitdb.errors import InputError, need_whole
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
 from orbitdb.store.lookup import find_or_solve, find_word
@@ -108,7 +107,11 @@ class Catalogue(StoredCatalogue):
         if not is_primitive(symbols):
             raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for the shorter word")
         stored = self.find(symbols)
-        return solve_word(symbols, self.a) if stored is None else stored
+        if stored is not None:
+            return stored
+        from orbitdb.orbits.newton import solve_word
+
+        return solve_word(symbols, self.a)
 
     def __iter__(self) -> Iterator[str]:
         """Yield the stored words, as least rotations, in order of period."""
@@ -153,8 +156,8 @@ class Catalogue(StoredCatalogue):
         SelectionError
             If a column is unknown or ``where`` is refused.
         """
-        if offset < 0 or (limit is not None and limit < 0):
-            raise InputError(f"limit {limit}, offset {offset}: give 0 or more")
+        for name, count in {"limit": 0 if limit is None else limit, "offset": offset}.items():
+            need_whole(name, count, 0)
         with self._question(selection, criteria) as (moment, chosen):
             most = None if limit is None else limit + offset
             yield from rows_of(moment, choose(moment, chosen, order, most=most), columns, offset, most)

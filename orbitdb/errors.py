@@ -1,6 +1,7 @@
 """Errors that users see; each message is one line that says what to do."""
 
 import errno
+from numbers import Integral
 
 DISK_TROUBLE = {getattr(errno, name, errno.EIO) for name in ("ENOSPC", "EDQUOT", "EFBIG", "EIO")}
 """Error numbers that mean a full or failing disk."""
@@ -8,6 +9,12 @@ DISK_TROUBLE = {getattr(errno, name, errno.EIO) for name in ("ENOSPC", "EDQUOT",
 
 class InputError(ValueError):
     """A value is invalid; the message says why, and what form it should have."""
+
+
+def need_whole(name: str, value: object, least: int = 1) -> None:
+    """Raise `InputError` unless the value with this name is a whole number and not too small."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+        raise InputError(f"{name} = {value!r:.40}: give a whole number, {least} or more")
 
 
 class StoreError(Exception):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from orbitdb.answers.completeness import describe_fills
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, StoreError
+from orbitdb.errors import InputError, StoreError, need_whole
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
 from orbitdb.store.connection import Moment
@@ -167,7 +167,7 @@ class StoredCatalogue:
         """
         from orbitdb.filling.fill import fill, fillable
 
-        at, wanted = self._at(a), _periods(periods)
+        at, wanted = self._at(a), () if periods is None else chosen_periods(periods)
         single = [fillable(word) for word in ([words] if isinstance(words, str | int) else words)]
         if not wanted and not single:
             raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
@@ -202,7 +202,7 @@ class StoredCatalogue:
         """
         from orbitdb.filling.fill import find_births
 
-        wanted = _periods(periods)
+        wanted = chosen_periods(periods)
         with telling(progress, "births") as tell:
             find_births(self.path, wanted, jobs, tell)
         return [each for each in self.birth_fills() if each.p in wanted]
@@ -223,7 +223,7 @@ class StoredCatalogue:
         """
         from orbitdb.filling.sweeps import sweep
 
-        at, wanted = self._at(a), _periods(periods)
+        at, wanted = self._at(a), chosen_periods(periods)
         with telling(progress, "sweep") as tell:
             sweep(self.path, at, wanted, jobs, workers, tell)
         return [each for each in self.sweeps(a=at) if each.p in wanted]
@@ -253,6 +253,7 @@ class StoredCatalogue:
         from orbitdb.filling import records
 
         at = Stadium(self._at(a))
+        need_whole("bounces", bounces)
         records.check_writable(self.path)
         with telling(progress, "trajectories") as tell:
             found = records.simulate(at, bounces, _seed(seed), legwise, tell)
@@ -439,6 +440,7 @@ class StoredCatalogue:
         """
         from orbitdb.answers.results import Births
 
+        need_whole("p", p)
         fillable([(p, p)])
         with self._file.moment() as moment:
             return Births(read_lives(moment, p))
@@ -494,10 +496,6 @@ class StoredCatalogue:
 
     def _at(self, a: float | None) -> float:
         return self.a if a is None else Stadium(a).a
-
-
-def _periods(periods: int | str | Iterable[int] | None) -> tuple[int, ...]:
-    return () if periods is None else chosen_periods(periods)
 
 
 def _seed(seed: "int | np.random.Generator") -> int:

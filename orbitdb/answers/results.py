@@ -74,9 +74,9 @@ class Result:
         return zip(*(self.columns[name] for name in names or self.columns), strict=True)
 
     def __repr__(self) -> str:
-        first, more = [*self.columns][:_NAMED], ", ..." if len(self.columns) > _NAMED else ""
-        rows = several(len(self), "row")
-        return f"<{rows}, {', '.join(first)}{more}: {self.selection.describe()}; print() shows them>"
+        more = [*self.columns][_NAMED:] and ["..."]
+        named = ", ".join([several(len(self), "row"), *[*self.columns][:_NAMED], *more])
+        return f"<{named}: {self.selection.describe()}; print() shows them>"
 
     def __str__(self) -> str:
         texts = [[name, *map(_short, values)] for name, values in self.columns.items()]

@@ -131,7 +131,7 @@ def fill(
     """Fill the given periods at the given a (`Catalogue.fill`)."""
     if method not in METHODS:
         raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
-    coming = need(path, a, periods, workers.jobs if workers else number_of(jobs), method)
+    coming = need(path, a, periods, number_of(jobs, workers), method)
     check_room(path, coming)
     with at_work(coming.alone, jobs, workers) as solving:
         words = {p: count_admissible(p) for p in periods}

@@ -47,7 +47,7 @@ def sweep(
     tell: Tell = nobody,
 ) -> None:
     """Sweep the given periods at the given a (`Catalogue.sweep`)."""
-    coming = sweep_need(path, a, periods, workers.jobs if workers else number_of(jobs))
+    coming = sweep_need(path, a, periods, number_of(jobs, workers))
     with at_work(coming.alone, jobs, workers) as solving:
         words = {p: count_admissible(p) for p in periods}
         steps = sweep_periods(path, a, periods, solving)

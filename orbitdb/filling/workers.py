@@ -25,7 +25,7 @@ from types import ModuleType, TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeAlias, TypeVar
 
 from orbitdb import __version__
-from orbitdb.errors import InputError, WorkError
+from orbitdb.errors import InputError, WorkError, need_whole
 from orbitdb.extras import load
 
 if TYPE_CHECKING:
@@ -201,11 +201,21 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def number_of(jobs: int | None) -> int:
-    """Return the number of processes to use, by default one per core; raise `InputError` if it is below 1."""
-    if jobs is not None and jobs < 1:
-        raise InputError(f"jobs = {jobs}: give 1 or more, or None for one per core")
-    return jobs or cores()
+def number_of(jobs: int | None, workers: Workers | None = None) -> int:
+    """Return the number of the given workers, or of processes to use, by default one per core.
+
+    Raises `InputError` for anything else.
+    """
+    if workers is not None:
+        if not isinstance(workers, Workers):
+            raise InputError(
+                f"workers = {workers!r:.40}: give an open Cluster, or jobs=3 for three processes"
+            )
+        return workers.jobs
+    if jobs is None:
+        return cores()
+    need_whole("jobs", jobs)
+    return jobs
 
 
 @contextmanager
@@ -214,10 +224,10 @@ def at_work(seconds: float, jobs: int | None = None, workers: Workers | None = N
 
     Short work is done in this process. If `jobs` is not given, longer work uses all cores.
     """
+    number = number_of(jobs, workers)
     if workers is not None:
         yield workers
         return
-    number = number_of(jobs)
     if number == 1 or seconds < (_STARTING if jobs else _WORTH_PROCESSES):
         yield HERE
         return

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError
+from orbitdb.errors import need_whole
 from orbitdb.extras import data_frame
 from orbitdb.filling.workers import HERE, Workers, at_work
 from orbitdb.orbits.status import EXISTING
@@ -236,10 +236,9 @@ def verified(
     InputError
         If the sample is below 1, or the number of restarts below 0.
     """
-    if sample is not None and sample < 1:
-        raise InputError(f"sample {sample}: give 1 or more")
-    if restarts < 0:
-        raise InputError(f"restarts {restarts}: give 0 or more")
+    if sample is not None:
+        need_whole("sample", sample)
+    need_whole("restarts", restarts, 0)
 
     def steps() -> Generator[Checked]:
         opened = place(path)

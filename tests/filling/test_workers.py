@@ -129,7 +129,7 @@ def test_only_processors_this_process_may_use_are_counted(monkeypatch):
 
 @pytest.mark.parametrize("jobs", [0, -1])
 def test_a_number_of_jobs_below_1_is_refused(tmp_path, jobs):
-    with pytest.raises(InputError, match=f"jobs = {jobs}: give 1 or more"):
+    with pytest.raises(InputError, match=f"jobs = {jobs}: give a whole number, 1 or more"):
         Catalogue.create(tmp_path / "orbits.db").fill("2-3", jobs=jobs)
 
 
