@@ -32,9 +32,8 @@ from orbitdb.store import writing
 from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
 from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
-from orbitdb.store.lives import read_birth_fills
+from orbitdb.store.lives import count_births, read_birth_fills
 from orbitdb.store.lookup import find_or_solve
-from orbitdb.store.schema import BORN, DIED
 from orbitdb.store.writing import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
 from orbitdb.symbols.pruning import FAMILY, count_admissible, count_primitive, rule_numbers, rules_broken
@@ -306,17 +305,5 @@ class _Births(Work):
         return words_up_to(connection, None, cursor.p, "5" * cursor.p), {}
 
     def closing(self, connection: Connection, cursor: Cursor) -> dict[str, Any]:
-        return _counts(writing.number_events(connection, cursor.p))
-
-
-def _counts(changes: Sequence[Any]) -> dict[str, Any]:
-    moving = [row for row in changes if row["a"] > 0]
-    births = [row["a"] for row in moving if row["kind"] == BORN]
-    return {
-        "classes": len({row["cycle"] for row in changes}),
-        "births": len(births),
-        "deaths": len({row["cycle"] for row in moving if row["kind"] == DIED}),
-        "always": len(changes) - len(moving),
-        "least": min(births, default=None),
-        "largest": max(births, default=None),
-    }
+        writing.number_events(connection, cursor.p)
+        return count_births(connection, cursor.p)

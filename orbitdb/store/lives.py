@@ -1,7 +1,7 @@
 """Lives, the ranges of a in which stored classes are orbits, and the counts of orbits at any a."""
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.extras import Record
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import Connection
-from orbitdb.store.schema import BORN, DONE
+from orbitdb.store.schema import BORN, DIED, DONE
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import from_strings, keys_of_period, word_of
 
@@ -100,6 +100,23 @@ NEAR = 2.0
 """Within this many error bounds of a birth or death, births and deaths do not decide the status of a word."""
 
 _ROW = np.dtype([("cycle", "i8"), ("size", "i8"), ("a", "f8"), ("error", "f8"), ("born", "i8")])
+
+
+_COUNTS = """\
+SELECT sum(iif(number = 1, class_size, 0)) AS words,
+       count(DISTINCT cycle) AS classes,
+       count(iif(kind = :born AND a > 0, 1, NULL)) AS births,
+       count(DISTINCT iif(kind = :died AND a > 0, cycle, NULL)) AS deaths,
+       count(iif(a = 0, 1, NULL)) AS always,
+       min(iif(kind = :born AND a > 0, a, NULL)) AS least,
+       max(iif(kind = :born AND a > 0, a, NULL)) AS largest
+FROM change JOIN cycle ON cycle.id = change.cycle WHERE p = :p"""
+
+
+def count_births(connection: Connection, p: int) -> dict[str, Any]:
+    """Count what the row of a period in `birth_fill` counts, from the births and deaths of the period."""
+    (counts,) = connection.records(_COUNTS, {"p": p, "born": BORN, "died": DIED})
+    return counts
 
 
 def counts_at(connection: Connection, a: float, p: int) -> "Tally":

@@ -313,18 +313,16 @@ def add_changes(
         insert(connection, "change", dict(zip(named, zip(*rows, strict=True), strict=True)))
 
 
-def number_events(connection: Connection, p: int) -> list[dict[str, Any]]:
-    """Number the events of a period whose births and deaths are complete; return the births and deaths."""
-    query = "SELECT cycle, number, a, error, kind FROM change WHERE cycle BETWEEN ? AND ?"
-    changes = list(connection.records(query, keys_of_period(p)))
-    if moving := [row for row in changes if row["a"] > 0]:
+def number_events(connection: Connection, p: int) -> None:
+    """Number the events of a period whose births and deaths are complete."""
+    query = "SELECT cycle, number, a, error FROM change WHERE cycle BETWEEN ? AND ? AND a > 0"
+    if moving := list(connection.records(query, keys_of_period(p))):
         numbers = events(*(np.array([row[name] for row in moving]) for name in ("a", "error")))
         numbered = zip(numbers.tolist(), moving, strict=True)
         connection.executemany(
             "UPDATE change SET event = ? WHERE cycle = ? AND number = ?",
             [(event, row["cycle"], row["number"]) for event, row in numbered],
         )
-    return changes
 
 
 def _or_null(values: Floats, kept: Marks) -> list[float]:

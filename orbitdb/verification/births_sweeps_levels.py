@@ -30,7 +30,7 @@ from orbitdb.quantum.levels import ROUNDING, windows
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.connection import Connection
 from orbitdb.store.fills import Sweep, read_sweeps
-from orbitdb.store.lives import BirthFill, counts_at, read_birth_fills
+from orbitdb.store.lives import BirthFill, count_births, counts_at, read_birth_fills
 from orbitdb.store.rows import LISTED, as_list
 from orbitdb.store.schema import BORN, DIED, DONE
 from orbitdb.store.selection import Selection
@@ -125,22 +125,10 @@ def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
 
 
 def _wrong_counts(connection: Connection, fill: BirthFill) -> Iterator[str]:
-    """Yield the wrong counts of a period; here SQLite counts, not the code that stored the counts."""
-    (counts,) = connection.records(_COUNTS, {"p": fill.p, "born": BORN, "died": DIED})
+    counts = count_births(connection, fill.p)
     stored, expected = {"words": counts["words"]}, {"words": count_admissible(fill.p)}
     for fault in differences(vars(fill) | stored, counts | expected):
         yield f"p = {fill.p}: {fault}"
-
-
-_COUNTS = """\
-SELECT sum(iif(number = 1, class_size, 0)) AS words,
-       count(DISTINCT cycle) AS classes,
-       count(iif(kind = :born AND a > 0, 1, NULL)) AS births,
-       count(DISTINCT iif(kind = :died AND a > 0, cycle, NULL)) AS deaths,
-       count(iif(a = 0, 1, NULL)) AS always,
-       min(iif(kind = :born AND a > 0, a, NULL)) AS least,
-       max(iif(kind = :born AND a > 0, a, NULL)) AS largest
-FROM change JOIN cycle ON cycle.id = change.cycle WHERE p = :p"""
 
 
 def _against_fill(connection: Connection, fill: Mapping[str, Any]) -> Iterator[str]:
@@ -157,25 +145,20 @@ def prove_lives(connection: Connection, periods: Iterable[BirthFill]) -> Iterato
     that, as rows of ``undecided``.
     """
     for births in periods:
-        changes = groupby(change_rows(connection, births.p), key=lambda row: str(row.word))
-        classes = [(word, _brackets(rows)) for word, rows in changes]
-        for start in range(0, len(classes), BLOCK):
-            block = classes[start : start + BLOCK]
-            words = [word for word, _ in block]
-            proved, _ = prove_all(from_strings(words), [brackets for _, brackets in block])
+        brackets: dict[str, list[KnownChange]] = {}
+        for row in change_rows(connection, births.p):
+            changes = brackets.setdefault(row.word, [])
+            if row.a > row.error:
+                low, high = np.log([row.a - row.error, row.a + row.error]).tolist()
+                changes.append((low, high, row.kind == BORN))
+        for start in range(0, len(brackets), BLOCK):
+            words = list(brackets)[start : start + BLOCK]
+            proved, _ = prove_all(from_strings(words), [brackets[word] for word in words])
             undecided = int((proved == Completeness.UNDECIDED).sum())
             lives = judged("lives", words, proved == Completeness.WRONG)
             checks = [replace(lives, rows=len(words) - undecided)]
             checks += [Check("undecided", undecided)] * (undecided > 0)
-            yield Checked(f"missing births, p = {births.p}", start + len(block), len(classes), tuple(checks))
-
-
-def _brackets(rows: Iterable[Any]) -> list[KnownChange]:
-    return [
-        (float(np.log(row.a - row.error)), float(np.log(row.a + row.error)), row.kind == BORN)
-        for row in rows
-        if row.a > row.error
-    ]
+            yield Checked(f"missing births, p = {births.p}", start + len(words), len(brackets), tuple(checks))
 
 
 def change_parts(

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -63,22 +63,11 @@ class Check:
         return replace(self, first=self.first and f"{self.first} {place}")
 
 
-@dataclass(frozen=True)
-class Checked:
-    """Result of one step of a verification.
-
-    Attributes
-    ----------
-    stage : str
-        The current stage.
-    done, total : int
-        Progress of the stage, in classes.
-    checks : tuple of Check
-        Results for the rows of this step; the report joins the results of all steps by name.
-    """
+class Checked(NamedTuple):
+    """Result of one step of a verification; a report joins the checks of all steps by name."""
 
     stage: str
-    done: int
+    done: int  # classes of the stage that are checked so far
     total: int
     checks: tuple[Check, ...]
 
@@ -128,12 +117,8 @@ def measured(name: str, labels: Sequence[str], deviation: Floats, allowed: Float
     return replace(check, worst=float(np.atleast_2d(deviation)[worst]), share=float(share[worst]))
 
 
-@dataclass(frozen=True)
-class Part:
-    """A part of a catalogue, with the function that checks it on a connection.
-
-    The other attributes are those of `Checked`.
-    """
+class Part(NamedTuple):
+    """A part of a catalogue, with the function that checks it on a connection; otherwise like `Checked`."""
 
     stage: str
     find: Callable[[Connection], Iterable[Check]]
@@ -161,21 +146,12 @@ Ids = dict[int, Integers]
 """Ids of classes or pruned words, in order, for each period."""
 
 
-@dataclass(frozen=True, eq=False)
-class Block:
-    """Classes or pruned words of one period that are checked together.
-
-    Attributes
-    ----------
-    p : int
-    ids : ndarray of int64, shape (N,)
-    done, total : int
-        Number of classes or words that are checked after this block, and number of all to check.
-    """
+class Block(NamedTuple):
+    """Classes or pruned words of one period that are checked together."""
 
     p: int
     ids: Integers
-    done: int
+    done: int  # number of classes or words that are checked after this block
     total: int
 
     def part(self, stage: str, find: Callable[["Block", Connection], Iterable[Check]]) -> Part:
