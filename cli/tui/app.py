@@ -15,28 +15,27 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, ClassVar
 
-from textual import work
 from textual.app import App, SystemCommand
 from textual.binding import Binding, BindingType
 from textual.events import Key
 from textual.reactive import reactive
 from textual.screen import Screen
 from textual.widgets import HelpPanel, KeyPanel
-from textual.worker import WorkerFailed, get_current_worker
+from textual.worker import WorkerFailed
 
 from orbitdb.cli.tui.export import Export
 from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, fill_wish
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working, key
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
-from orbitdb.errors import InputError, StoreError
+from orbitdb.errors import StoreError
 from orbitdb.store.selection import Selection
 from orbitdb.store.where import CancelledError
 from orbitdb.text import printable
 
 _SECONDS_BETWEEN_LOOKS = 2.0
 _WIDTHS = [(0, "-thin"), (56, "-slim"), (76, "-narrow"), (140, "-wide")]
-_HEIGHTS = [(0, "-low"), (16, "-short"), (36, "-tall")]
+_HEIGHTS = [(0, "-low"), (16, "-shallow"), (20, "-short"), (36, "-tall")]
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 _PATIENCE = 1.8
 """Seconds from a signal until the process ends even if the screen has not closed."""
@@ -123,32 +122,31 @@ class BrowseApp(App[None], Working):
         return self.fill_state is not None and self.fill_state.runs
 
     def on_fill_dialog_begin(self, message: FillDialog.Begin) -> None:
-        if not self.fills:
-            self.fill_state = FillState(message.wish)
-            self._main.go_along(message.wish.a)
-            self._fill(self.fill_state)
-
-    @work(thread=True, group="fill")
-    def _fill(self, state: FillState) -> None:
-        worker = get_current_worker()
-        self._writing.append(threading.current_thread())
+        if self.fills:
+            return
+        state = self.fill_state = FillState(message.wish)
+        self._main.go_along(state.wish.a)
 
         def tell(done: float, total: float, text: str) -> None:
             nonlocal state
-            if worker.is_cancelled:
+            if self.fill_state is not None and self.fill_state.state == "stopping":
                 raise CancelledError
-            state = replace(state, done=int(done))
             state.work.report(done, total, text, time.monotonic())
+            state = replace(state, done=int(done))
             self.call_later(self._take_step, state)
 
-        end, message = "done", ""
-        try:
-            fill_wish(self.file.path, state.wish, tell)
-        except CancelledError:
-            end = "stopped"
-        except (InputError, StoreError) as error:
-            end, message = "failed", str(error)
-        self.call_later(self._take_step, replace(state, state=end, message=message))
+        def fill(_: object) -> str:
+            self._writing.append(threading.current_thread())
+            try:
+                fill_wish(self.file.path, state.wish, tell)
+            except CancelledError:
+                return "stopped"
+            return "done"
+
+        def end(how: str, message: str = "") -> None:
+            self._take_step(replace(state, state=how, message=message))
+
+        self.in_thread("fill", fill, end, partial(end, "failed"))
 
     def _take_step(self, state: FillState) -> None:
         """Show the progress of a fill, and read the stored rows again from time to time."""
@@ -168,7 +166,6 @@ class BrowseApp(App[None], Working):
     def on_fill_dialog_stop(self) -> None:
         if self.fill_state is not None and self.fills:
             self.fill_state = replace(self.fill_state, state="stopping")
-            self.workers.cancel_group(self, "fill")
 
     def on_export(self, message: Export) -> None:
         """Write the requested file in a thread, unless that file is already being written."""

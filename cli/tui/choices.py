@@ -1,17 +1,18 @@
-"""The choices that make up the subset: each change gives a new `Selection`, which can describe itself."""
+"""The choices that make up the rows: each change gives a new `Selection`, and a `View` writes them down."""
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from textual.reactive import reactive
 from textual.widgets import Static
 
 from orbitdb.cli.output import code_text
-from orbitdb.cli.tui.dialogs import ChoiceDialog, FilterDialog, LineDialog, MarksDialog, Names, half_length
+from orbitdb.cli.tui.dialogs import FilterDialog, LineDialog, ListDialog, MarksDialog, Names, half_length
 from orbitdb.cli.tui.screens import Working
-from orbitdb.cli.tui.stored import CatalogueFile, Kept
-from orbitdb.cli.tui.view import View
+from orbitdb.cli.tui.stored import USUAL, CatalogueFile, Kept, Ordering
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection
 from orbitdb.store.where import bound_names, check
@@ -28,6 +29,58 @@ RINGS: dict[str, tuple[Any, ...]] = {
 
 _WITHIN = 1e-9
 """Relative difference within which a real number counts as equal to the one under the cursor."""
+
+
+def _quoted(word: str) -> str:
+    """Return a word for the shell; double quotes are easier to read around single ones."""
+    return f'"{word}"' if "'" in word and not set(word) & set('"$`\\!') else shlex.quote(word)
+
+
+class View(NamedTuple):
+    """The rows that are shown."""
+
+    selection: Selection
+    ordering: Ordering = Ordering()
+    columns: tuple[str, ...] = USUAL
+
+    def command(self, path: Path) -> str:
+        """Return the shell command that writes these rows."""
+        words = ["orbitdb", "query", "--db", str(path)]
+        for name, value in self._criteria().items():
+            option = "--reversal" if name == "time_reversal" else f"--{name.replace('_', '-')}"
+            match value:
+                case dict():
+                    words += [word for pair in value.items() for word in ("-P", "=".join(map(str, pair)))]
+                case tuple():
+                    low, high = ("" if bound is None else exact(bound) for bound in value)
+                    words += ["--range", f"{name}={low}:{high}"]
+                case list():
+                    words += [word for a in value for word in (option, exact(a))]
+                case _:
+                    words += [option, exact(value) if isinstance(value, float) else value]
+        return " ".join(map(_quoted, [*words, "-c", ",".join(self.columns)]))
+
+    def python(self, path: Path) -> str:
+        """Return the line of Python that selects these rows, after ``from orbitdb import Catalogue``."""
+        arguments = ", ".join(f"{name}={value!r}" for name, value in self._criteria().items())
+        return f"Catalogue({str(path)!r}).select({arguments})"
+
+    def _criteria(self) -> dict[str, Any]:
+        """Return the arguments of `Catalogue.select` that give these rows."""
+        chosen = self.selection
+        spans = ",".join(str(low) if low == high else f"{low}-{high}" for low, high in chosen.periods)
+        criteria = {
+            "p": spans,
+            "status": ",".join(chosen.statuses),
+            **{name: getattr(chosen, name) for name in ("time_reversal", "symmetry", "contains")},
+            "exists": list(chosen.exists),
+            "not_at": list(chosen.not_at),
+            **{name: tuple(bounds) for name, bounds in chosen.ranges.items()},
+            "where": chosen.where,
+            "parameters": dict(chosen.parameters),
+            "order": "" if self.ordering == Ordering() else str(self.ordering),
+        }
+        return {"a": chosen.a, **{name: value for name, value in criteria.items() if value}}
 
 
 class Choices(Static, Working):
@@ -87,7 +140,7 @@ class Choices(Static, Working):
             self.notify(f"copied {lines[language]}", timeout=4)
 
         texts = {language: f"{language:6}  {line}" for language, line in lines.items()}
-        self.ask(ChoiceDialog("copy the view", "enter copies", texts, "shell"), take)
+        self.ask(ListDialog("copy the view", "enter copies", texts, "shell"), take)
 
     # filters
 

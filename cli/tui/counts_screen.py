@@ -24,10 +24,9 @@ from orbitdb.answers.completeness import partial_fills
 from orbitdb.arrays import Floats, Integers
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.choices import equals
-from orbitdb.cli.tui.dialogs import ChoiceDialog, NameList
+from orbitdb.cli.tui.dialogs import ListDialog, NameList
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
-from orbitdb.cli.tui.view import EVERY
-from orbitdb.columns import IN_CATALOGUE
+from orbitdb.cli.tui.stored import EVERY
 from orbitdb.store.connection import Moment
 from orbitdb.store.file import Reader
 from orbitdb.store.query import choose
@@ -36,7 +35,6 @@ from orbitdb.store.where import never
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _LEAST_BINS, _MOST_BINS = 8, 40
-_COLUMNS = {column.name: column for column in IN_CATALOGUE}
 
 DRAWN = tuple(name for name in EVERY if name not in ("code", "representative", "cycle"))
 """The columns that a histogram can show: all except those that name a word or a class."""
@@ -97,11 +95,8 @@ def _round_edges(low: float, high: float, bins: int) -> Floats:
     width = max((high - low) / bins, _FINEST * abs(high))
     decade = 10.0 ** math.floor(math.log10(width)) if low < high else 1.0
     steps = (decade * factor for factor in (1.0, 2.0, 2.5, 5.0, 10.0, 20.0))
-    return next(edges for edges in (_multiples(low, high, step) for step in steps) if len(edges) <= bins + 1)
-
-
-def _multiples(low: float, high: float, step: float) -> Floats:
-    first, last = math.floor(low / step), math.floor(high / step) + 1
+    spans = ((step, math.floor(low / step), math.floor(high / step) + 1) for step in steps)
+    step, first, last = next(span for span in spans if span[2] - span[1] <= bins)
     # 3 * 0.1 is an ulp above the 0.3 that a user would type
     return np.asarray([float(f"{step * n:.15g}") for n in range(first, last + 1)])
 
@@ -170,12 +165,12 @@ class CountsList(NameList):
     def show(self, groups: Mapping[str, Sequence[Count]]) -> None:
         self.clear_options()
         for title, counts in groups.items():
-            if title:
-                self.add_options([Option(Text(title, "bold"), disabled=True)])
             lines = zip(lines_of(counts), counts, strict=True)
-            self.add_options([Option(line, f"{title}:{count.condition}") for line, count in lines])
-            if title or not counts:
-                self.add_option(Option("" if counts else "none", disabled=True))
+            options = [Option(line, f"{title}:{count.condition}") for line, count in lines]
+            options = options or [Option("none", disabled=True)]
+            if title:
+                options = [Option(Text(title, "bold"), disabled=True), *options, Option("", disabled=True)]
+            self.add_options(options)
         self.action_first()
 
 
@@ -220,6 +215,7 @@ class CountsScreen(OwnScreen[str | None]):
         self.call_after_refresh(self._fit)
 
     def _fit(self) -> None:
+        """Use as many bins as there are lines."""
         lines = self.query_one("#histogram").size.height - 1  # one line is for rows without a value
         bins = max(_LEAST_BINS, min(lines, _MOST_BINS))
         if bins != self._bins:
@@ -227,7 +223,7 @@ class CountsScreen(OwnScreen[str | None]):
             self.watch_column(self.column)
 
     def watch_column(self, column: str) -> None:
-        entry, bins = _COLUMNS[column], self._bins
+        entry, bins = EVERY[column], self._bins
         unit = f" ({entry.unit})" if entry.unit not in ("", "1") else ""
         self.query_one("#histogram").border_title = f"{column}: {entry.brief}{unit}"
         self.in_thread("values", lambda cancelled: self._values(column, bins, cancelled), self._show_values)
@@ -249,7 +245,7 @@ class CountsScreen(OwnScreen[str | None]):
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[list[Count], str]:
         """Return the counts of the values of a column, or of ranges of its values, and a note."""
         with self._catalogue.moment() as moment:
-            if _COLUMNS[column].kind != "number":  # integers or texts
+            if EVERY[column].kind != "number":  # integers or texts
                 return counts_by(column, tally(moment, self._selection, (column,), cancelled)[column]), ""
             binned = histogram(moment, self._selection, column, bins, cancelled)
         if binned is None:
@@ -281,7 +277,7 @@ class CountsScreen(OwnScreen[str | None]):
 
     def action_column(self) -> None:
         named = {name: name for name in DRAWN}
-        self.ask(ChoiceDialog("histogram of", "", named, self.column), partial(setattr, self, "column"))
+        self.ask(ListDialog("histogram of", "", named, self.column), partial(setattr, self, "column"))
 
     def action_next_column(self, step: int) -> None:
         self.column = DRAWN[(DRAWN.index(self.column) + step) % len(DRAWN)]

@@ -1,7 +1,7 @@
 """Dialogs that ask for a line of text, or for names from a list."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from rich.text import Text
 from textual.app import ComposeResult
@@ -12,8 +12,8 @@ from textual.widgets import Input, Label, OptionList
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import code_text
-from orbitdb.cli.tui.screens import Dialog, Field, Result, key
-from orbitdb.cli.tui.view import EVERY, USUAL
+from orbitdb.cli.tui.screens import Dialog, Field, key
+from orbitdb.cli.tui.stored import EVERY, USUAL
 from orbitdb.errors import InputError, StoreError
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
 from orbitdb.text import printable, real
@@ -153,8 +153,8 @@ def describe_code(code: str) -> str:
     return f"p = {len(word)}, least rotation {code_text(least_rotation(word))}"
 
 
-class ListDialog(Dialog[Result]):
-    """A list of names, each shown as its text; the cursor starts at the name `current`."""
+class ListDialog(Dialog[Any]):
+    """Choose a name from a list, in which each is shown as its text; the cursor starts at `current`."""
 
     def __init__(self, title: str, hint: str, texts: Mapping[str, str], current: str | None = None) -> None:
         super().__init__()
@@ -165,7 +165,7 @@ class ListDialog(Dialog[Result]):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog bottom" if self._hint else "dialog small") as box:
             box.border_title, box.border_subtitle = self._title, self._hint
-            yield NameList(*map(self._told, self._names))
+            yield NameList(*map(self._text, self._names))
 
     def on_mount(self) -> None:
         self._list.highlighted = self._names.index(self._current) if self._current in self._names else 0
@@ -182,7 +182,7 @@ class ListDialog(Dialog[Result]):
                     event.prevent_default()
                     return
 
-    def _told(self, name: str) -> Text:
+    def _text(self, name: str) -> Text:
         return Text(printable(self._texts[name]))
 
     @property
@@ -193,15 +193,14 @@ class ListDialog(Dialog[Result]):
     def _place(self) -> int:
         return self._list.highlighted or 0
 
-
-class ChoiceDialog(ListDialog[str | None]):
-    """Choose a name from a list."""
-
     def on_option_list_option_selected(self) -> None:
+        self.choose()
+
+    def choose(self) -> None:
         self.dismiss(self._names[self._place])
 
 
-class MarksDialog(ListDialog[Names | None]):
+class MarksDialog(ListDialog):
     """Mark any number of names in a list; `marked` are those marked at the start."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -213,18 +212,18 @@ class MarksDialog(ListDialog[Names | None]):
         super().__init__(title, hint, texts)
         self._marked = set(marked)
 
-    def _told(self, name: str) -> Text:
+    def _text(self, name: str) -> Text:
         return Text(f"[{'x' if name in self._marked else ' '}] {self._texts[name]}")
 
     def _show(self, *places: int) -> None:
         for place in places:
-            self._list.replace_option_prompt_at_index(place, self._told(self._names[place]))
+            self._list.replace_option_prompt_at_index(place, self._text(self._names[place]))
 
     def action_mark(self) -> None:
         self._marked ^= {self._names[self._place]}
         self._show(self._place)
 
-    on_option_list_option_selected = action_mark  # a click does the same
+    choose = action_mark  # by a click
 
     def action_take(self) -> None:
         self.dismiss(tuple(name for name in self._names if name in self._marked))
@@ -233,11 +232,7 @@ class MarksDialog(ListDialog[Names | None]):
 class ColumnDialog(MarksDialog):
     """Choose which columns to show, and in which order; the code is always first."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        key("J", "shift(1)"),
-        key("K", "shift(-1)"),
-        key("R", "usual"),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = [key("J", "shift(1)"), key("K", "shift(-1)"), key("R", "usual")]
 
     def __init__(self, shown: Sequence[str]) -> None:
         width = max(map(len, EVERY))

@@ -1,55 +1,99 @@
-"""Widgets that show pictures: an orbit in its stadium or in phase space, and curves."""
+"""The drawing of an orbit in its stadium, with or without a particle, or in phase space."""
 
-from collections.abc import Sequence
-from typing import ClassVar
+import math
+from itertools import pairwise
 
-from rich.style import Style
-from rich.text import Text
+import numpy as np
 from textual.reactive import reactive
 from textual.timer import Timer
-from textual.widget import Widget
 
 from orbitdb.arrays import Floats
-from orbitdb.cli.tui.braille import (
-    COLOURS,
-    Curve,
-    Picture,
-    draw_curves,
-    draw_orbit,
-    draw_phase,
-    path_of,
-    phase_points,
-)
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.tui.canvas import DOTS, Canvas, Line, PictureWidget
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.text import exact
 
+MOST_DRAWN = 5000
+"""Maximum number of bounces to draw; more would only blacken the picture."""
+
 _FRAMES_PER_SECOND = 20
-_LEAST = 4, 3
 _SPEED = 2.5
 """Speed of the particle, in units of the radius per second."""
+_ARROWS = "→↗↑↖←↙↓↘"
+_DOTS_OF_HEIGHT = 12
+_TRAIL = 0.06
 
 
-class PictureWidget(Widget):
-    """A widget whose content is a `Picture`; its styles are component classes ``picture--NAME``."""
+def path_of(orbit: Orbit | None) -> Floats:
+    """Return the closed path of an orbit, shape (p + 1, 2), whose last point repeats the first.
 
-    COMPONENT_CLASSES: ClassVar[set[str]] = {
-        f"picture--{name}"
-        for name in ("wall", "path", "bounce", "start", "arrow", "trail", "particle", "label", *COLOURS)
-    }
+    A path of more than `MOST_DRAWN` bounces is cut there and left open. Without coordinates, it is empty.
+    """
+    if orbit is None or orbit.points is None:
+        return np.zeros((0, 2))
+    points = orbit.points[:MOST_DRAWN]
+    return np.concatenate([points, points[:1]]) if orbit.p <= MOST_DRAWN else points
 
-    def picture(self, columns: int, rows: int) -> Picture:
-        raise NotImplementedError
 
-    def render(self) -> Text:
-        """Return the picture as text, or an empty text if there is no room for it."""
-        columns, rows = self.size
-        if columns < _LEAST[0] or rows < _LEAST[1]:
-            return Text()
-        picture, styles = self.picture(columns, rows), {"": Style.null()}
-        for name in set(picture.styles.ravel()) - {""}:
-            styles[name] = self.get_component_rich_style(f"picture--{name}", partial=True)
-        lines = (Text.assemble(*((run, styles[name]) for run, name in picture.runs(y))) for y in range(rows))
-        return Text("\n").join(lines)
+def along(path: Floats, share: float) -> Floats:
+    """Return the point, shape (2,), at a fraction of the length of a path; the fraction is taken modulo 1."""
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    place = (share % 1.0) * way[-1]
+    return np.array([np.interp(place, way, path[:, axis]) for axis in (0, 1)])
+
+
+def draw_orbit(
+    a: float, path: Floats, columns: int, rows: int, particle: float | None = None
+) -> tuple[list[Line], bool]:
+    """Draw a path, shape (N, 2), in its stadium; return the picture and whether it is to scale.
+
+    If the stadium is so long that it would look like a line, its height is stretched. An empty path gives the
+    stadium alone. `particle` is the position of a particle, as a fraction of the path.
+    """
+    box = (-a - 1, -1), (a + 1, 1)
+    canvas = Canvas(columns, rows, *box)
+    true = bool(2 * canvas.scale[1] >= min(_DOTS_OF_HEIGHT, DOTS[1] * rows - 1))
+    if not true:
+        canvas = Canvas(columns, rows, *box, square=False)
+    canvas.line("wall", Stadium(a).outline(4 * (columns + rows)))
+    if len(path):
+        canvas.line("path", path)
+        step = path[1] - path[0]  # the path runs in the direction of the word
+        arrow = _ARROWS[round(math.atan2(step[1], step[0]) / (math.pi / 4)) % 8]
+        canvas.mark("bounce", path, "•")
+        canvas.mark("arrow", [path[0] + 0.4 * step], arrow)
+        canvas.mark("start", path[:1], "◆")
+    if particle is not None and len(path):
+        tail = np.array([along(path, particle - _TRAIL * k / 24) for k in range(25)])
+        canvas.line("trail", tail)
+        canvas.mark("particle", tail[:1], "●")
+    return canvas.lines(), true
+
+
+def phase_points(orbit: Orbit | None) -> Floats:
+    """Return the bounces of an orbit in phase space, shape (p, 2): arclength and sine, as in `birkhoff`."""
+    if orbit is None or orbit.arclength is None or orbit.sine is None:
+        return np.zeros((0, 2))
+    return np.stack([orbit.arclength, orbit.sine], axis=1)
+
+
+def draw_phase(a: float, points: Floats, columns: int, rows: int) -> list[Line]:
+    """Draw the `phase_points` of an orbit, with the names of the walls below."""
+    length = Stadium(a).perimeter
+    canvas = Canvas(columns, max(rows - 1, 1), (0, -1), (length, 1), square=False)
+    joints = [0.0, 2 * a, 2 * a + math.pi, 4 * a + math.pi, length]
+    grid = [(s, sine) for s in joints for sine in np.linspace(-1, 1, 2 * rows)]
+    grid += [(s, 0.0) for s in np.linspace(0, length, columns // 2)]
+    canvas.put("wall", canvas.dots(grid))
+    canvas.mark("one", points, "●")
+    names = [" "] * columns
+    for name, (low, high) in zip(("0 bottom", "3 right", "2 top", "1 left"), pairwise(joints), strict=True):
+        middle = int(canvas.dots([[(low + high) / 2, 0.0]])[0, 0]) // DOTS[0]
+        width = int((high - low) * canvas.scale[0] / DOTS[0])
+        text = name if len(name) <= width else name[: min(1, width)]
+        start = middle - len(text) // 2
+        names[start : start + len(text)] = text
+    return [*canvas.lines(), [("".join(names[:columns]), "label")]]
 
 
 class OrbitDrawing(PictureWidget):
@@ -87,7 +131,7 @@ class OrbitDrawing(PictureWidget):
         if self.particle is not None and self.orbit is not None and self.orbit.length:
             self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self.orbit.length) % 1.0
 
-    def picture(self, columns: int, rows: int) -> Picture:
+    def picture(self, columns: int, rows: int) -> list[Line]:
         if self.phase:
             self._entitle("phase space: sine against arclength")
             return draw_phase(self.a, phase_points(self.orbit), columns, rows)
@@ -98,12 +142,3 @@ class OrbitDrawing(PictureWidget):
     def _entitle(self, title: str) -> None:
         if title != self.border_title:  # setting the title redraws everything
             self.border_title = title
-
-
-class Plot(PictureWidget):
-    """Curves against the period."""
-
-    curves: reactive[Sequence[Curve]] = reactive((), always_update=True)
-
-    def picture(self, columns: int, rows: int) -> Picture:
-        return draw_curves(self.curves, columns, rows)

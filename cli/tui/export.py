@@ -16,7 +16,7 @@ from orbitdb.cli.output import code_text
 from orbitdb.cli.reading import provenance
 from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.cli.tui.screens import Working
-from orbitdb.cli.tui.view import Ordering
+from orbitdb.cli.tui.stored import Ordering
 from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.extras import load

@@ -12,7 +12,7 @@ from textual.widgets import RichLog
 
 from orbitdb.cli.orbit_facts import bounce_rows, facts
 from orbitdb.cli.output import code_text
-from orbitdb.cli.tui.screens import SCROLLING
+from orbitdb.cli.tui.screens import SCROLLING, Scrolling
 from orbitdb.cli.tui.stored import Certificate, Partners
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.symbols.symmetry import ELEMENTS, MIRROR_X, MIRROR_Y, REVERSE, images_of
@@ -114,7 +114,7 @@ def _class(orbit: Orbit) -> list[tuple[str, str]]:
     return [(code_text(word), "; ".join(how)) for word, how in elements.items()]
 
 
-class FactsPanel(RichLog):
+class FactsPanel(RichLog, Scrolling):
     """Facts about the current orbit, rendered only if they or the width change, because it takes long."""
 
     BINDING_GROUP_TITLE = "Facts"

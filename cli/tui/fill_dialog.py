@@ -3,6 +3,7 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,7 +15,6 @@ from textual.widgets import Button, Input, Label, Static
 
 from orbitdb.cli.tui.dialogs import half_length
 from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
-from orbitdb.errors import InputError
 from orbitdb.progress import Tell, Work
 from orbitdb.store.selection import Selection, fillable, periods_up_to
 from orbitdb.symbols.enumeration import MAX_PERIOD
@@ -193,35 +193,30 @@ class FillDialog(Dialog[None]):
         if self._fills:
             return
         self.query_one("#progress", Label).update("")  # how the last fill ended no longer matters
-        try:
-            wish = parse_wish(*(self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS))
-        except InputError as error:
-            self.give_up("cost")
-            self._say(str(error), wrong=True)
-            return
-        self.in_thread(
-            "cost",
-            lambda _: cost_of(self._path, wish),
-            lambda cost: self._take_cost(wish, cost, begin),
-            lambda reason: self._say(reason, wrong=True),
-        )
+        fields = [self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS]
 
-    def _take_cost(self, wish: Wish, cost: tuple[str, int], begin: bool) -> None:
-        """Show the estimate; if requested, begin, but ask first if the fill is large."""
-        from orbitdb.filling.estimate import LARGE
+        def weigh(_: object) -> tuple[Wish, str, int]:
+            wish = parse_wish(*fields)
+            return wish, *cost_of(self._path, wish)
 
-        estimate, words = cost
-        self._say(estimate)
-        if not begin or not words or self._fills:
-            return
-        if words < LARGE:
-            self.app.post_message(self.Begin(wish))
-            return
-        question = f"{estimate}. You can stop the fill at any time and resume it later."
-        self.ask(
-            QuestionDialog(question, "Fill", "Cancel"),
-            lambda sure: sure and self.app.post_message(self.Begin(wish)),
-        )
+        def take(cost: tuple[Wish, str, int]) -> None:
+            """Show the estimate; if requested, begin, but ask first if the fill is large."""
+            from orbitdb.filling.estimate import LARGE
+
+            wish, estimate, words = cost
+            self._say(estimate)
+            if not begin or not words or self._fills:
+                return
+            if words < LARGE:
+                self.app.post_message(self.Begin(wish))
+                return
+            question = f"{estimate}. You can stop the fill at any time and resume it later."
+            self.ask(
+                QuestionDialog(question, "Fill", "Cancel"),
+                lambda sure: sure and self.app.post_message(self.Begin(wish)),
+            )
+
+        self.in_thread("cost", weigh, take, partial(self._say, wrong=True))
 
     def _say(self, text: str, wrong: bool = False) -> None:
         self.query_one("#cost", Label).set_class(wrong, "-wrong").update(text)

@@ -15,16 +15,15 @@ from textual.screen import Screen
 from textual.widgets import Footer, Header, HelpPanel
 
 from orbitdb.cli.output import code_text
-from orbitdb.cli.tui.choices import Choices, equals
-from orbitdb.cli.tui.dialogs import FilterDialog, describe_code
+from orbitdb.cli.tui.choices import Choices, View, equals
+from orbitdb.cli.tui.dialogs import FilterDialog
 from orbitdb.cli.tui.drawing import OrbitDrawing
 from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.fill_dialog import FillDialog, Greeting
 from orbitdb.cli.tui.orbit_panel import OrbitPanel
 from orbitdb.cli.tui.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import OwnScreen, key
-from orbitdb.cli.tui.stored import CatalogueFile, Kept
-from orbitdb.cli.tui.view import Ordering, View
+from orbitdb.cli.tui.stored import CatalogueFile, Kept, Ordering
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.selection import Selection
@@ -131,9 +130,9 @@ class MainScreen(OwnScreen[None]):
         """Show the choices, and name them, or the orbit whose facts are shown, in the subtitle."""
         fill = getattr(self.app, "fill_state", None)
         self.choices.say(fill.sentence() if fill is not None and fill.runs else "")
-        self.sub_title = self.choices.selection.describe()
-        if self.whole and self.side.orbit is not None:
-            self.sub_title = f"{code_text(self.side.orbit.code)} at a = {exact(self.side.orbit.a)}"
+        orbit = self.side.orbit if self.whole else None
+        of_orbit = "" if orbit is None else f"{code_text(orbit.code)} at a = {exact(orbit.a)}"
+        self.sub_title = of_orbit or self.choices.selection.describe()
 
     # the view
 
@@ -191,11 +190,9 @@ class MainScreen(OwnScreen[None]):
             self.rows.position.take(text)
         else:
             try:
-                describe_code(text)
+                self.side.ask_for(text)
             except InputError as error:
                 self.notify(str(error), severity="warning")
-            else:
-                self.side.ask_for(text)
 
     def _take_trying(self, trying: bool) -> None:
         """Note where the cursor is when a filter begins to be typed; remember the view when it is done."""
@@ -240,13 +237,16 @@ class MainScreen(OwnScreen[None]):
         self.whole = False
 
     def action_back(self) -> None:
-        """Go back one step: from the help, the facts, typed digits, or an orbit other than the row's."""
+        """Go back one step: from the help, the facts, an orbit other than the row's, or typed digits."""
+        row, orbit = self.rows.table.row, self.side.orbit
         if self.query(HelpPanel):
             self.app.action_hide_help_panel()
         elif self.whole:
             self.whole = False
-        elif not self.rows.position.give_up_digits() and (row := self.rows.table.row) is not None:
+        elif row is not None and (orbit is None or (orbit.code, orbit.a) != (row[0], self.side.home)):
             self.side.show_word(row[0], anew=True)
+        else:
+            self.rows.position.give_up_digits()
 
     async def action_to(self, part: str, action: str) -> None:
         """Pass an action on to a widget; the greeting hides the drawing, so that has nothing to show."""

@@ -17,7 +17,13 @@ from textual.strip import Strip
 
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.screens import key
-from orbitdb.cli.tui.view import COLUMNS, EVERY, NONE, Column, Ordering, Pages, Row
+from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, Ordering, Pages, Row
+
+_WIDTHS = {
+    "code": 8, "p": 3, "length": 11, "status": 9, "lyapunov": 11, "margin": 9, "error": 8, "born": 11,
+    "dies": 11, "solver": 10, "rules": 7, "cycle": 12,
+}  # fmt: skip
+"""Widths of the columns whose values are wider than their names."""
 
 _LONGEST_CODE = 24
 _MARK = "*"
@@ -37,8 +43,8 @@ class PagedTable(ScrollView, can_focus=True):
         key("k,up", "move(-1)", "previous row"),
         key("pagedown,ctrl+f", "page(1)", "next page"),
         key("pageup,ctrl+b", "page(-1)", "previous page"),
-        key("g,home", "first", "first row"),
-        key("G,end", "last", "last row"),
+        key("g,home", "end(False)", "first row"),
+        key("G,end", "end(True)", "last row"),
         key("l,right", "column(1)", "next column"),
         key("h,left", "column(-1)", "previous column"),
     ]
@@ -46,7 +52,7 @@ class PagedTable(ScrollView, can_focus=True):
     cursor: reactive[int] = reactive(0, repaint=False)
     column: reactive[int] = reactive(0)
     ordering: reactive[Ordering] = reactive(Ordering())
-    columns: reactive[tuple[Column, ...]] = reactive(COLUMNS)
+    columns: reactive[tuple[str, ...]] = reactive(USUAL)
     marked: reactive[frozenset[str]] = reactive(frozenset())
 
     @dataclass
@@ -59,7 +65,7 @@ class PagedTable(ScrollView, can_focus=True):
         super().__init__(id=id)
         self.source = NONE
         self._first = 1  # the first column after the code that is on the screen
-        self._codes = NONE, range(0), COLUMNS[0].width  # the width of the codes, and the rows measured
+        self._codes = NONE, range(0), _WIDTHS["code"]  # the width of the codes, and the rows measured
 
     def show(self, source: Pages, cursor: int = 0) -> None:
         """Show other rows, with the cursor on the row at the given index."""
@@ -79,14 +85,14 @@ class PagedTable(ScrollView, can_focus=True):
         """The name of the column under the cursor, and its value; None if there are no rows."""
         if (row := self.row) is None:
             return None
-        name = self._known()[self.column].name
+        name = self._present()[self.column]
         return name, row[self.source.fields.index(name)]
 
     def validate_cursor(self, cursor: int) -> int:
         return max(0, min(cursor, len(self.source) - 1))
 
     def validate_column(self, column: int) -> int:
-        return max(0, min(column, len(self._known()) - 1))
+        return max(0, min(column, len(self._present()) - 1))
 
     def watch_cursor(self, old: int, cursor: int) -> None:
         """Scroll to the cursor, and redraw the row that it left and the row that it reached."""
@@ -96,7 +102,7 @@ class PagedTable(ScrollView, can_focus=True):
 
     def watch_column(self, column: int) -> None:
         """Scroll so far that the column under the cursor is visible."""
-        present = self._known()
+        present = self._present()
         if 0 < column < self._first and present[column] not in self._visible()[0]:
             self._first = column
         while self._first < column and not any(present[column] in part for part in self._visible()):
@@ -126,11 +132,8 @@ class PagedTable(ScrollView, can_focus=True):
     def action_page(self, pages: int) -> None:
         self.cursor += pages * max(self.size.height - 2, 1)
 
-    def action_first(self) -> None:
-        self.cursor = 0
-
-    def action_last(self) -> None:
-        self.cursor = len(self.source) - 1
+    def action_end(self, last: bool) -> None:
+        self.cursor = last * len(self.source)
 
     def action_column(self, steps: int) -> None:
         """Move the cursor by a number of columns; the code stays in place when they scroll."""
@@ -147,41 +150,40 @@ class PagedTable(ScrollView, can_focus=True):
         if offset.y > 0:
             self.cursor = self.scroll_offset.y + offset.y - 1
         x = 0
-        for column, width in self._shown():
+        for name, width in self._shown():
             if x <= offset.x < x + width:
                 if offset.y > 0:
-                    self.column = self._known().index(column) if column in self._known() else 0
+                    self.column = self._present().index(name) if name in self._present() else 0
                 else:
-                    self.post_message(self.HeadingClicked(column.name))
+                    self.post_message(self.HeadingClicked(name))
             x += width + 1
 
-    def _shown(self) -> list[tuple[Column, int]]:
+    def _shown(self) -> list[tuple[str, int]]:
         """Return the columns that fit, including the sort column if possible, with their widths."""
         pinned, window = self._visible()
-        return [(COLUMNS[0], self._code_width()), *((column, column.width) for column in pinned + window)]
+        return [("code", self._code_width()), *((name, width_of(name)) for name in pinned + window)]
 
-    def _visible(self) -> tuple[list[Column], list[Column]]:
+    def _visible(self) -> tuple[list[str], list[str]]:
         """Return the sort column, if it would not be visible otherwise, and the columns that fit after it."""
-        present, room = self._known(), self.scrollable_content_region.width - self._code_width()
+        present, room = self._present(), self.scrollable_content_region.width - self._code_width()
         after = present[min(self._first, max(len(present) - 1, 1)) :]
-        window = _fitting(after, room)
-        pinned = EVERY[self.ordering.column]
-        left = room - pinned.width - 1
-        if pinned in (*window, COLUMNS[0]) or pinned.name not in self.source.fields or left < 0:
+        window, pinned = _fitting(after, room), self.ordering.column
+        left = room - width_of(pinned) - 1
+        if pinned in (*window, "code") or pinned not in self.source.fields or left < 0:
             return [], window
-        return [pinned], _fitting([column for column in after if column != pinned], left)
+        return [pinned], _fitting([name for name in after if name != pinned], left)
 
     def _code_width(self) -> int:
-        places = self._places()
+        places, least = self._places(), _WIDTHS["code"]
         if self._codes[:2] != (self.source, places):  # this runs for every line
-            widths = [COLUMNS[0].width, *(len(self.source.row(place)[0]) for place in places)]
-            self._codes = self.source, places, max(widths)
+            widest = max((len(self.source.row(place)[0]) for place in places), default=least)
+            self._codes = self.source, places, max(widest, least)
         half = self.scrollable_content_region.width // 2  # the facts show the code in full
-        return min(self._codes[2], max(half, COLUMNS[0].width), _LONGEST_CODE)
+        return min(self._codes[2], max(half, least), _LONGEST_CODE)
 
-    def _known(self) -> list[Column]:
+    def _present(self) -> list[str]:
         """Return those of the columns that these rows have."""
-        return [column for column in self.columns if column.name in self.source.fields]
+        return [name for name in self.columns if name in self.source.fields]
 
     def _places(self) -> range:
         top = self.scroll_offset.y
@@ -191,7 +193,7 @@ class PagedTable(ScrollView, can_focus=True):
         base, shown = self.rich_style, self._shown()
         if y == 0:
             style = base + self.get_component_rich_style("table--header", partial=True)
-            return self._line([(column, width, self._heading(column)) for column, width in shown], style)
+            return self._line([(name, width, self._heading(name)) for name, width in shown], style)
         place = self.scroll_offset.y + y - 1
         if place >= len(self.source):
             return Strip.blank(self.scrollable_content_region.width, base)
@@ -202,31 +204,36 @@ class PagedTable(ScrollView, can_focus=True):
             style += self.get_component_rich_style("table--dim", partial=True)
         if place == self.cursor:
             style += self.get_component_rich_style("table--cursor", partial=True)
-        cells = [(column, width, number(column.name, values.get(column.name))) for column, width in shown]
+        cells = [(name, width, number(name, values.get(name))) for name, width in shown]
         return self._line(cells, style, _MARK if row[0] in self.marked else " ", place == self.cursor)
 
-    def _heading(self, column: Column) -> str:
-        if column.name != self.ordering.column:
-            return column.name
-        return column.name + ("▼" if self.ordering.descending else "▲")
+    def _heading(self, name: str) -> str:
+        if name != self.ordering.column:
+            return name
+        return name + ("▼" if self.ordering.descending else "▲")
 
     def _line(
-        self, cells: list[tuple[Column, int, str]], style: Style, after_code: str = " ", current: bool = False
+        self, cells: list[tuple[str, int, str]], style: Style, after_code: str = " ", current: bool = False
     ) -> Strip:
         """Return a line with the given cells; that of the current column is marked on the current row."""
-        present = self._known()
+        present = self._present()
         underlined = present[self.column] if current and self.column < len(present) else None
         marked = style + self.get_component_rich_style("table--cell", partial=True)
         segments = []
-        for place, (column, width, text) in enumerate(cells):
+        for place, (name, width, text) in enumerate(cells):
             cut = text if len(text) <= width else text[: width - 1] + "…"
-            shown = cut.ljust(width) if column.text else cut.rjust(width)
-            segments.append(Segment(shown, marked if column == underlined else style))
+            shown = cut.rjust(width) if EVERY[name].kind in ("number", "integer") else cut.ljust(width)
+            segments.append(Segment(shown, marked if name == underlined else style))
             segments.append(Segment(" " if place else after_code, style))
         return Strip(segments).adjust_cell_length(self.scrollable_content_region.width, style)
 
 
-def _fitting(columns: Sequence[Column], room: int) -> list[Column]:
+def width_of(name: str) -> int:
+    """Return the width of a column, with room for the arrow of the sort order."""
+    return max(_WIDTHS.get(name, 0), len(name) + 1)
+
+
+def _fitting(names: Sequence[str], room: int) -> list[str]:
     """Return as many of the columns as fit, from the first one on, with a blank before each."""
-    ends = accumulate(column.width + 1 for column in columns)
-    return [column for column, end in zip(columns, ends, strict=True) if end <= room]
+    ends = accumulate(width_of(name) + 1 for name in names)
+    return [name for name, end in zip(names, ends, strict=True) if end <= room]

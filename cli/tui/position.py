@@ -11,7 +11,7 @@ from textual.widget import Widget
 
 from orbitdb.cli.tui.paged_table import PagedTable
 from orbitdb.cli.tui.screens import Working
-from orbitdb.cli.tui.view import Pages
+from orbitdb.cli.tui.stored import Pages
 from orbitdb.store.query import first_beginning, first_of_period, position_of
 from orbitdb.store.where import never
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
@@ -33,16 +33,15 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     assert pages.catalogue is not None
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
     with pages.catalogue.moment() as moment:
-        connection = moment
-        place = first_of_period(connection, pages.chosen, period) if period else None
+        place = first_of_period(moment, pages.chosen, period) if period else None
         if place is not None:
             return place, f"period {period}"
         if not set(typed) <= set(SYMBOLS):
             return None, f"no period {period}" if period else f"no code {typed}"
         with suppress(WordError):
-            place = position_of(connection, pages.chosen, least_rotation(parse_primitive(typed)))
+            place = position_of(moment, pages.chosen, least_rotation(parse_primitive(typed)))
         if place is None:
-            place = first_beginning(connection, pages.chosen, typed, cancelled)
+            place = first_beginning(moment, pages.chosen, typed, cancelled)
     return place, f"code {typed}" if place is not None else f"no code {typed}"
 
 
@@ -95,12 +94,10 @@ class Position(Widget, Working):
         if self.under_way:
             self._jump(self._typed[:-1])
 
-    def give_up_digits(self) -> bool:
-        """Return to the row where typing began; tell whether any digits had been typed."""
-        typed = self.under_way
-        if typed:
+    def give_up_digits(self) -> None:
+        """Return to the row where typing began."""
+        if self.under_way:
             self._jump("")
-        return typed
 
     def go_on(self) -> None:
         """Look digits up among new rows, unless the cursor has moved on."""

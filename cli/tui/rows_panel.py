@@ -10,12 +10,11 @@ from textual.widgets import Static
 
 from orbitdb.answers.completeness import lacking_births, partial_fills, unfilled
 from orbitdb.cli.output import code_text
-from orbitdb.cli.tui.dialogs import ChoiceDialog, ColumnDialog, Names
+from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog, Names
 from orbitdb.cli.tui.paged_table import PagedTable
 from orbitdb.cli.tui.position import Position
 from orbitdb.cli.tui.screens import Working
-from orbitdb.cli.tui.stored import CatalogueFile, Kept
-from orbitdb.cli.tui.view import COLUMNS, EVERY, NONE, Column, Ordering, Pages, columns_named, fields_of
+from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, CatalogueFile, Kept, Ordering, Pages, known_columns
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.connection import Moment
 from orbitdb.store.query import choose
@@ -43,7 +42,7 @@ class RowsPanel(Vertical, Working):
     wanted: str | None = None
     word: reactive[str | None] = reactive(None, always_update=True, init=False, repaint=False)
     ordering: reactive[Ordering] = reactive(Ordering(), init=False, repaint=False)
-    columns: reactive[tuple[Column, ...]] = reactive(COLUMNS, init=False, repaint=False)
+    columns: reactive[tuple[str, ...]] = reactive(USUAL, init=False, repaint=False)
     marked: reactive[frozenset[str]] = reactive(frozenset(), repaint=False)
     total: reactive[int | None] = reactive(None, repaint=False)
     report: reactive[str] = reactive("", repaint=False)
@@ -56,7 +55,7 @@ class RowsPanel(Vertical, Working):
         self.border_title = "words"
         self._asked: Selection | None = None
         self._orbit: Orbit | None = None  # the current one
-        self.set_reactive(RowsPanel.columns, columns_named(kept.state.columns))
+        self.set_reactive(RowsPanel.columns, known_columns(kept.state.columns))
         self.set_reactive(RowsPanel.marked, frozenset(kept.state.marked))
 
     def compose(self) -> ComposeResult:
@@ -70,9 +69,8 @@ class RowsPanel(Vertical, Working):
     # sort order and columns
 
     def action_sort(self) -> None:
-        every = dict.fromkeys((*self.columns, *EVERY.values()))
-        named = {column.name: column.name for column in every}
-        self.ask(ChoiceDialog("sort by", "", named, self.ordering.column), self._sort_by)
+        names = {name: name for name in (*self.columns, *EVERY)}
+        self.ask(ListDialog("sort by", "", names, self.ordering.column), self._sort_by)
 
     def _sort_by(self, column: str) -> None:
         falls = column == self.ordering.column and not self.ordering.descending
@@ -87,18 +85,18 @@ class RowsPanel(Vertical, Working):
 
     def action_columns(self) -> None:
         def take(names: Names) -> None:
-            self.columns = columns_named(names)
+            self.columns = known_columns(names)
 
-        self.ask(ColumnDialog([column.name for column in self.columns]), take)
+        self.ask(ColumnDialog(self.columns), take)
 
     def watch_ordering(self) -> None:
         if self._asked is not None:
             self.read(self._asked)
 
-    def watch_columns(self, columns: tuple[Column, ...]) -> None:
+    def watch_columns(self, columns: tuple[str, ...]) -> None:
         """Read the rows again, with the new columns, and keep the columns for the next session."""
         with self._kept.changing() as state:
-            state.columns = [column.name for column in columns]
+            state.columns = list(columns)
         self.watch_ordering()
 
     # reading
@@ -112,7 +110,7 @@ class RowsPanel(Vertical, Working):
         if (catalogue := self._file.reader) is None:
             return
         ordering, total = self.ordering, self.total
-        fields = fields_of(self.columns, ordering.column)
+        fields = tuple(dict.fromkeys((*self.columns, "status", ordering.column)))
         self._asked = selection
         self.report = self.border_title = _AT_WORK[ordering != self.table.ordering]
         everything, nothing = Selection(selection.a), self.table.source is NONE
@@ -130,11 +128,10 @@ class RowsPanel(Vertical, Working):
                         None,
                     )
                 chosen = choose(moment, selection, str(ordering), cancelled=cancelled)
-                every = chosen if selection == everything else None
-                if every is None and total is None:
-                    every = choose(moment, everything, cancelled=cancelled)
-            count = total if every is None else len(every)
-            yield Pages(catalogue, chosen, fields), gaps, count or 0
+                count = len(chosen) if selection == everything else total
+                if count is None:
+                    count = len(choose(moment, everything, cancelled=cancelled))
+            yield Pages(catalogue, chosen, fields), gaps, count
 
         def show(reading: _Reading) -> None:
             rows, gaps, self.total = reading

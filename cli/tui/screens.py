@@ -13,6 +13,7 @@ from textual.containers import Horizontal, ScrollableContainer, Vertical
 from textual.dom import DOMNode
 from textual.events import Key
 from textual.screen import ModalScreen, Screen
+from textual.widget import Widget
 from textual.widgets import Button, Input, Label
 from textual.worker import Worker
 
@@ -27,14 +28,14 @@ key = partial(Binding, show=False)
 """Make a binding that the footer does not show."""
 
 SCROLLING: list[BindingType] = [
-    key("j,down", "scroll_down", "down"),
-    key("k,up", "scroll_up", "up"),
-    key("pagedown", "page_down", "next page"),
-    key("pageup", "page_up", "previous page"),
+    key("j,down", "scroll_by(0, 1)", "down"),
+    key("k,up", "scroll_by(0, -1)", "up"),
+    key("pagedown", "scroll_by(0, 1, True)", "next page"),
+    key("pageup", "scroll_by(0, -1, True)", "previous page"),
     key("g,home", "scroll_home", "to the top"),
     key("G,end", "scroll_end", "to the end"),
-    key("l,right", "scroll_right", "right"),
-    key("h,left", "scroll_left", "left"),
+    key("l,right", "scroll_by(1, 0)", "right"),
+    key("h,left", "scroll_by(-1, 0)", "left"),
 ]
 
 LEAVING: list[BindingType] = [
@@ -102,7 +103,16 @@ class Working(DOMNode):
         self.app.push_screen(dialog, hear)
 
 
-class ScrollBox(ScrollableContainer):
+class Scrolling(Widget):
+    """Base class of what scrolls by the keys `SCROLLING`; list it last."""
+
+    def action_scroll_by(self, columns: int, lines: int, pages: bool = False) -> None:
+        """Scroll at once: Textual's own actions lose keys that arrive before the screen is drawn again."""
+        height = self.container_size.height if pages else 1
+        self.scroll_relative(columns, lines * height, animate=False, immediate=True)
+
+
+class ScrollBox(ScrollableContainer, Scrolling):
     """A scrolling box with the movement keys of the table."""
 
     BINDING_GROUP_TITLE = "Scrolling"

@@ -1,5 +1,6 @@
 """The statistics screen: counts as in Table 1, entropies and Lyapunov averages of a subset, with curves."""
 
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -19,8 +20,7 @@ from orbitdb.answers.whole_periods import read_noted
 from orbitdb.averages.by_period import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import number
-from orbitdb.cli.tui.braille import Curve
-from orbitdb.cli.tui.drawing import Plot
+from orbitdb.cli.tui.canvas import Curve, Plot
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox
 from orbitdb.errors import InputError
 from orbitdb.store.file import Reader
@@ -142,7 +142,7 @@ class StatisticsScreen(OwnScreen[str | None]):
             self.query_one(f"#plot-{name}").border_title = title
         self.query_one("#statistics").focus()
         self._compute()
-        self.in_thread("trajectories", lambda _: self._stored_reference(), self._show_stored)
+        self.in_thread("trajectories", self._stored_reference, self._show_stored)
 
     def _compute(self) -> None:
         weight, everything = self._weight, self._everything
@@ -152,27 +152,22 @@ class StatisticsScreen(OwnScreen[str | None]):
         """Return the averages over the first periods, which are fast, or over all; and a note on the rest."""
         chosen = self._selection
         with self._catalogue.moment() as moment:
-            later = [
-                fill.p for fill in read_fills(moment, chosen.a) if chosen.includes(fill.p) and fill.p > FIRST
-            ]
+            filled = [fill.p for fill in read_fills(moment, chosen.a) if chosen.includes(fill.p)]
+        later = [p for p in filled if p > FIRST]
         if everything or not later:
             return statistics(self._catalogue, chosen, weight), ""
-        note = f"{written_periods(later)}: press m"
-        first = tuple(
-            (low, min(high, FIRST)) for low, high in chosen.periods or ((2, FIRST),) if low <= FIRST
-        )
-        try:
-            return statistics(
-                self._catalogue, replace(chosen, periods=first), weight
-            ) if first else None, note
-        except InputError:  # none of the first periods is stored
-            return None, note
+        spans = chosen.periods or ((2, FIRST),)
+        first = tuple((low, min(high, FIRST)) for low, high in spans if low <= FIRST)
+        averages = None
+        with suppress(InputError):  # none of the first periods is stored
+            averages = statistics(self._catalogue, replace(chosen, periods=first), weight) if first else None
+        return averages, f"{written_periods(later)}: press m"
 
     def _take(self, averages: tuple[Result | None, str]) -> None:
         self.result, self._rest = averages
         self._show()
 
-    def _stored_reference(self) -> Reference | None:
+    def _stored_reference(self, _: object) -> Reference | None:
         with self._catalogue.moment() as moment:
             return best_reference(moment, self._selection.a)
 

@@ -1,20 +1,26 @@
-"""The files of the screen: the catalogue, which need not exist yet, and what is kept between sessions."""
+"""What the screen reads and keeps: the catalogue, pages of its rows, and choices kept between sessions."""
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from textual.cache import LRUCache
 
 from orbitdb.answers.export import complete
-from orbitdb.cli.tui.view import USUAL
+from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.connection import Moment
 from orbitdb.store.file import Reader, check_file
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import a_values, born_with, certificate_of, find_or_solve
+from orbitdb.store.query import position_of
+from orbitdb.store.rows import Chosen, rows_of
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
 Certificate = tuple[float, int] | None
@@ -68,6 +74,78 @@ class CatalogueFile:
     def partners(self, orbit: Orbit) -> Partners:
         """Return the births of an orbit, each with the classes born there on the same path."""
         return born_with(self.path if self.reader else None, orbit)
+
+
+USUAL = (
+    "code", "p", "length", "status", "lambda_d", "lambda_c", "lyapunov", "time_reversal", "symmetry",
+    "class_size", "margin", "error",
+)  # fmt: skip
+"""Names of the default columns."""
+
+_IN_TABLE = {column.name: column for column in IN_CATALOGUE if column.name != "a"}  # all rows have the same a
+
+EVERY = {name: _IN_TABLE[name] for name in dict.fromkeys((*USUAL, *_IN_TABLE))}
+"""All columns of the view ``catalogue`` that the table can show, by name."""
+
+
+def known_columns(names: Iterable[str]) -> tuple[str, ...]:
+    """Return those names that are columns, the code first."""
+    return tuple(dict.fromkeys(["code", *(name for name in names if name in EVERY)]))
+
+
+class Ordering(NamedTuple):
+    """The sort column, and whether the order is descending."""
+
+    column: str = "p"
+    descending: bool = False
+
+    def __str__(self) -> str:
+        """Return the order as `Catalogue.rows` and ``--order`` take it, such as ``p desc``."""
+        return self.column + (" desc" if self.descending else "")
+
+
+Row = tuple[Any, ...]
+
+_BLOCK = 64
+_KEPT = 32
+
+
+@dataclass(eq=False)
+class Pages:
+    """The rows of a subset in some order, each with the code first; the most recently read blocks are cached.
+
+    Without a catalogue there are no rows (`NONE`).
+    """
+
+    catalogue: Reader | None
+    chosen: Chosen
+    fields: Sequence[str]
+
+    def __post_init__(self) -> None:
+        self._blocks: LRUCache[int, list[Row]] = LRUCache(_KEPT)  # a cached method would keep it alive
+
+    def __len__(self) -> int:
+        return len(self.chosen)
+
+    def row(self, place: int) -> Row:
+        number, within = divmod(place, _BLOCK)
+        if number not in self._blocks:
+            assert self.catalogue is not None
+            with self.catalogue.moment() as moment:
+                first = number * _BLOCK
+                self._blocks[number] = list(rows_of(moment, self.chosen, self.fields, first, first + _BLOCK))
+        return self._blocks[number][within]
+
+    def position(self, word: str) -> int | None:
+        """Return the index of the row of a word, given as its least rotation, or None."""
+        if self.catalogue is None:
+            return None
+        with self.catalogue.moment() as moment:
+            return position_of(moment, self.chosen, word)
+
+
+NONE = Pages(None, Chosen(Selection(), np.zeros(0, np.int64), np.zeros(0, np.uint8)), USUAL)
+"""No rows: the table shows this before any rows are read, and if none can be read."""
 
 
 @dataclass

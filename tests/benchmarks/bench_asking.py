@@ -88,7 +88,7 @@ async def browse(path: Path) -> None:
 
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.paged_table import PagedTable
-    from orbitdb.cli.tui.view import Ordering
+    from orbitdb.cli.tui.stored import Ordering
     from orbitdb.store.selection import Selection, chosen_by
 
     app = BrowseApp(path, Selection())

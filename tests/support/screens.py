@@ -15,7 +15,7 @@ from there import there
 
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.paged_table import PagedTable
-from orbitdb.cli.tui.view import Row
+from orbitdb.cli.tui.stored import Row
 from orbitdb.store.selection import Selection
 
 SMALL, LARGE, TINY = (80, 24), (160, 48), (60, 20)

@@ -12,9 +12,9 @@ from textual.app import App, ComposeResult
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
-from orbitdb.cli.tui.paged_table import PagedTable
+from orbitdb.cli.tui.paged_table import PagedTable, width_of
 from orbitdb.cli.tui.position import place_of
-from orbitdb.cli.tui.view import COLUMNS, EVERY, Column, Ordering, Pages, fields_of
+from orbitdb.cli.tui.stored import EVERY, USUAL, Ordering, Pages
 from orbitdb.errors import StoreError
 from orbitdb.store.file import Reader
 from orbitdb.store.query import choose
@@ -122,26 +122,27 @@ class Alone(App[None]):
         self.clicked.append(message.column)
 
 
-def fitting(first: int, width: int) -> list[Column]:
+def fitting(first: int, width: int) -> list[str]:
     """Return the columns after the code that fit, always including p, by which rows are sorted."""
 
-    def those(columns, room):
-        return [each for n, each in enumerate(columns) if sum(c.width + 1 for c in columns[: n + 1]) <= room]
+    def those(names, room):
+        ends = (sum(width_of(name) + 1 for name in names[: n + 1]) for n in range(len(names)))
+        return [name for name, end in zip(names, ends, strict=True) if end <= room]
 
-    room, period = width - COLUMNS[0].width, COLUMNS[1]
-    window = those(COLUMNS[first:], room)
-    return window if period in window else [period, *those(COLUMNS[first:], room - period.width - 1)]
+    room = width - width_of("code")
+    window = those(USUAL[first:], room)
+    return window if "p" in window else ["p", *those(USUAL[first:], room - width_of("p") - 1)]
 
 
-def cell(column: Column, value: object) -> str:
-    text = number(column.name, value)
-    cut = text if len(text) <= column.width else f"{text[: column.width - 1]}…"
-    return f"{cut:{'<' if column.text else '>'}{column.width}}"
+def cell(name: str, value: object) -> str:
+    text, width = number(name, value), width_of(name)
+    cut = text if len(text) <= width else f"{text[: width - 1]}…"
+    return f"{cut:{'>' if EVERY[name].kind in ('number', 'integer') else '<'}{width}}"
 
 
 async def test_lines_agree_with_a_list_after_any_keys(filled_once):
     catalogue, chosen = Catalogue(filled_once, 1.6), Selection(periods=((2, 5),))
-    names = fields_of(COLUMNS, "p")
+    names = USUAL
     rows = [dict(zip(names, row, strict=True)) for row in catalogue.rows(chosen, columns=names)]
     pages = pages_of(catalogue, chosen, Ordering(), names)
     source = random.Random(7)
@@ -164,16 +165,17 @@ async def test_lines_agree_with_a_list_after_any_keys(filled_once):
             else:
                 await pilot.press(key)
                 cursor += MOVES.get(key, 0) + {"pagedown": height - 1, "pageup": 1 - height}.get(key, 0)
-                column = max(0, min(column + SHIFTS.get(key, 0), len(COLUMNS) - 1))
+                column = max(0, min(column + SHIFTS.get(key, 0), len(USUAL) - 1))
             cursor = max(0, min(cursor, len(rows) - 1))
             top = min(cursor, max(top, cursor - height + 1))
             heading, *lines = (table.render_line(y) for y in range(height + 1))
-            shown = [EVERY[name] for name in heading.text.replace("p▲", "p").split()[1:]]
-            assert shown in (fitting(first, width) for first in range(1, len(COLUMNS)))
-            assert COLUMNS[column] in (COLUMNS[0], *shown)
-            assert table.cell == (COLUMNS[column].name, rows[cursor][COLUMNS[column].name])
+            shown = heading.text.replace("p▲", "p").split()[1:]
+            assert shown in (fitting(first, width) for first in range(1, len(USUAL)))
+            name = USUAL[column]
+            assert name in ("code", *shown)
+            assert table.cell == (name, rows[cursor][name])
             for row, line in zip(rows[top:], lines, strict=False):
-                cells = " ".join(cell(each, row[each.name]) for each in shown)
+                cells = " ".join(cell(name, row[name]) for name in shown)
                 mark = "*" if row["code"] in table.marked else " "
                 assert line.text.rstrip() == f"{row['code']:<8}{mark}{cells}".rstrip()
             styles = [str(next(iter(line)).style) for line in lines]

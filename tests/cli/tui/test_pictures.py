@@ -13,23 +13,8 @@ from textual.widgets import Input
 from there import there
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.tui.braille import (
-    DOTS_X,
-    DOTS_Y,
-    MOST_DRAWN,
-    Curve,
-    Frame,
-    Layer,
-    Mark,
-    along,
-    draw,
-    draw_curves,
-    draw_orbit,
-    draw_phase,
-    path_of,
-    phase_points,
-    polyline,
-)
+from orbitdb.cli.tui.canvas import DOTS, Canvas, Curve, draw_curves, joined
+from orbitdb.cli.tui.drawing import MOST_DRAWN, along, draw_orbit, draw_phase, path_of, phase_points
 from orbitdb.cli.tui.facts import parts_of
 from orbitdb.orbits.newton import solve_word
 from orbitdb.store.selection import Selection
@@ -47,12 +32,17 @@ def solved(word, a=A):
     return orbit
 
 
-def dots_of(picture):
+def text_of(lines):
+    """Return the characters of a picture as an array, shape (rows, columns)."""
+    return np.array([[*"".join(text for text, _ in line)] for line in lines])
+
+
+def dots_of(lines):
     """Return the positions of the dots, decoded from the characters."""
-    codes = picture.text.copy().view(np.uint32).reshape(picture.text.shape).astype(int)
+    codes = np.vectorize(ord)(text_of(lines))
     bits = {(0, 0): 1, (0, 1): 2, (0, 2): 4, (1, 0): 8, (1, 1): 16, (1, 2): 32, (0, 3): 64, (1, 3): 128}
     braille = np.where(codes >= 0x2800, codes - 0x2800, 0)
-    found = [np.argwhere(braille & bit)[:, ::-1] * (DOTS_X, DOTS_Y) + place for place, bit in bits.items()]
+    found = [np.argwhere(braille & bit)[:, ::-1] * DOTS + place for place, bit in bits.items()]
     return np.concatenate(found)
 
 
@@ -60,46 +50,47 @@ def dots_of(picture):
 @pytest.mark.parametrize("a", [0.01, 1.0, 1.6, 4.0])
 def test_the_stadium_keeps_its_aspect_ratio_at_any_size(a, columns, rows):
     picture, true = draw_orbit(a, np.zeros((0, 2)), columns, rows)
-    assert picture.text.shape == picture.styles.shape == (rows, columns)
+    assert text_of(picture).shape == (rows, columns)
     if not true:
         return
     dots = dots_of(picture)
     width, height = np.ptp(dots, axis=0)
     assert abs(width - height * (a + 1)) <= 2 + 2 * (a + 1)
-    assert width >= DOTS_X * columns - 4 or height >= DOTS_Y * rows - 4
+    assert width >= DOTS[0] * columns - 4 or height >= DOTS[1] * rows - 4
 
 
 def test_a_very_long_stadium_is_stretched_and_says_so():
     picture, true = draw_orbit(1e4, np.zeros((0, 2)), 60, 10)
     assert not true
-    drawn = np.argwhere(picture.text != " ")
+    drawn = np.argwhere(text_of(picture) != " ")
     assert [len(np.unique(places)) for places in drawn.T] == [10, 60]
 
 
 def test_a_line_has_both_ends_and_no_gaps():
-    frame = Frame.around((-1, -1), (1, 1), 30, 15)
-    ends = np.array([[-0.9, -0.7], [0.8, 0.95], [0.1, -0.4]])
-    dots = polyline(frame, ends)
+    canvas = Canvas(30, 15, (-1, -1), (1, 1))
+    ends = canvas.dots(np.array([[-0.9, -0.7], [0.8, 0.95], [0.1, -0.4]]))
+    dots = joined(ends)
     assert np.abs(np.diff(dots, axis=0)).max() == 1
-    assert {tuple(dot) for dot in frame.dots(ends).tolist()} <= {tuple(dot) for dot in dots.tolist()}
+    assert {*map(tuple, ends.tolist())} <= {*map(tuple, dots.tolist())}
 
 
 def test_every_dot_has_its_bit():
-    frame = Frame(1, 1, (1.0, 1.0), (0.0, 0.0))
     seen = set()
-    for x in range(DOTS_X):
-        for y in range(DOTS_Y):
-            (cell,) = draw(frame, [Layer("path", np.array([[x, y]]))]).text[0]
+    for x in range(DOTS[0]):
+        for y in range(DOTS[1]):
+            canvas = Canvas(1, 1, (0, 0), (1, 1))
+            canvas.put("path", np.array([[x, y]]))
+            [[(cell, _)]] = canvas.lines()
             seen.add(ord(cell) - 0x2800)
     assert seen == {1 << n for n in range(8)}
 
 
 def test_marks_cover_dots_and_points_outside_are_left_out():
-    frame = Frame(2, 1, (1.0, 1.0), (0.0, 0.0))
-    dots = np.array([[0, 0], [-1, 2], [4, 0], [3, 3]])
-    picture = draw(frame, [Layer("path", dots)], [Mark("start", (1, 1), "S"), Mark("bounce", (9, 9), "B")])
-    assert "".join(picture.text[0]) == "S" + chr(0x2800 + 0x80)
-    assert picture.runs(0) == [("S", "start"), (chr(0x2880), "path")]
+    canvas = Canvas(2, 1, (0, -3), (3, 0))  # a unit is a dot
+    canvas.mark("start", [[1, -1]], "S")
+    canvas.mark("bounce", [[9, -9]], "B")
+    canvas.put("path", np.array([[0, 0], [-1, 2], [4, 0], [3, 3]]))
+    assert canvas.lines() == [[("S", "start"), (chr(0x2880), "path")]]
 
 
 def length_of(path):
@@ -128,9 +119,11 @@ def test_a_long_path_is_cut_and_a_complete_one_closed(more):
 def test_the_picture_shows_start_direction_and_particle():
     orbit = solved("13")
     picture, _ = draw_orbit(A, path_of(orbit), 60, 12, particle=0.5)
-    row = "".join(picture.text[np.argwhere(picture.text == "◆")[0][0]])
+    row = next("".join(row) for row in text_of(picture) if "◆" in row)
     assert row.index("◆") < row.index("→") < row.index("●")
-    assert {"wall", "path", "start", "arrow", "particle", "trail"} <= set(picture.styles.ravel())
+    assert {"wall", "path", "start", "arrow", "particle", "trail"} <= {
+        style for line in picture for _, style in line
+    }
 
 
 @pytest.mark.parametrize("word", WORDS)
@@ -144,8 +137,8 @@ def test_time_reversal_flips_the_sine_and_keeps_the_position(word):
 
 def test_phase_space_names_walls():
     picture = draw_phase(A, phase_points(solved("113")), 60, 12)
-    lines = ["".join(line) for line in picture.text]
-    assert picture.text.shape == (12, 60)
+    lines = ["".join(line) for line in text_of(picture)]
+    assert text_of(picture).shape == (12, 60)
     assert lines[-1].split() == ["0", "bottom", "3", "right", "2", "top", "1", "left"]
     assert sum(line.count("●") for line in lines) == 3
     columns, heights = (
@@ -160,7 +153,7 @@ def test_phase_space_names_walls():
 @pytest.mark.parametrize(("size", "drawn"), [((15, 5), True), ((14, 5), False), ((15, 4), False)])
 def test_curves_need_some_room(size, drawn):
     picture = draw_curves([Curve("one", "", np.arange(2.0, 8.0), np.arange(6.0), "×")], *size)
-    assert (picture.text == "×").any() == drawn
+    assert bool(picture) == drawn == any("×" in text for line in picture for text, _ in line)
 
 
 @pytest.mark.parametrize("size", [(60, 12), (20, 6), (10, 3)])
@@ -168,26 +161,29 @@ def test_curves_fill_their_frame_and_skip_unknown_values(size):
     p = np.arange(2.0, 8.0)
     values = np.array([1.0, np.nan, 2.0, 3.0, 2.5, 2.0])
     picture = draw_curves([Curve("one", "K_0", p, values), Curve("two", "zeta", p, values, "×")], *size)
-    assert picture.text.shape == size[::-1]
-    assert draw_curves([], *size).text.shape == size[::-1]
+    assert len(picture) == (0 if size[0] == 10 else size[1])
+    assert draw_curves([], *size) == []
     if size[0] == 60:
-        assert (picture.text[:-1] == "×").sum() == 5
-        axis = ["".join(picture.text[row, :7]) for row in (0, 4, 9)]
+        text = text_of(picture[:-1])
+        assert text.shape == (11, 60)
+        assert (text == "×").sum() == 5
+        axis = ["".join(text[row, :7]) for row in (0, 4, 9)]
         assert axis == [" 3.100┤", " 2.000┤", " 0.900┤"]
-        periods = [int(name) for name in "".join(picture.text[-2]).split()[1:]]
-        places = np.flatnonzero(picture.text[-2] != " ")[1:]
+        periods = [int(name) for name in "".join(text[-1]).split()[1:]]
+        places = np.flatnonzero(text[-1] != " ")[1:]
         assert periods == [2, 3, 4, 5, 6, 7]
         assert places == pytest.approx(7 + 105 / 2 * (p - 2) / 5, abs=1)
-        assert sorted(np.argwhere(picture.text[:-1] == "×")[:, 1]) == np.delete(places, 1).tolist()
+        assert sorted(np.argwhere(text == "×")[:, 1]) == np.delete(places, 1).tolist()
 
 
 def test_a_curve_of_one_period_starts_at_the_axis():
     picture = draw_curves([Curve("one", "K_0", np.array([5.0]), np.array([1.0]), "×")], 60, 12)
-    assert np.argwhere(picture.text[:-1] == "×")[:, 1].tolist() == [7]
-    assert "".join(picture.text[-2]).split() == ["p", "5", "6"]
+    text = text_of(picture[:-1])
+    assert np.argwhere(text == "×")[:, 1].tolist() == [7]
+    assert "".join(text[-1]).split() == ["p", "5", "6"]
 
 
-def text_of(orbit, partners=(), width=70):
+def facts_of(orbit, partners=(), width=70):
     shown = StringIO()
     console = Console(file=shown, width=width)
     console.print(Group(*parts_of(orbit, (2e-30, 128), partners, whole=True)))
@@ -197,21 +193,21 @@ def text_of(orbit, partners=(), width=70):
 def test_the_lines_state_everything_known_about_an_orbit():
     orbit = solve_word("01552", 1.6, exists=True)
     [(born, _)] = there(orbit.exists)
-    texts = text_of(orbit, [(born * (1 + 1e-15), ["01234"])])
+    texts = facts_of(orbit, [(born * (1 + 1e-15), ["01234"])])
     text = " ".join(" ".join(texts).split())
     assert f", 128 bits solver {orbit.solver} symmetry class" in text
     assert "for a > 1.15470053838" in text
     assert "1.15470054 2 sqrt(3)/3, recognised numerically" in text
     assert "born at 1.15470054 with 01234" in text
     several = replace(orbit, exists=((0.0, 0.41), (0.61, 1.71), (1.81, None)))
-    again = " ".join(" ".join(text_of(several)).split())
+    again = " ".join(" ".join(facts_of(several)).split())
     assert "for a < 0.41, and for 0.61 < a < 1.71, and for a > 1.81" in again
     part = texts[texts.index("symmetry class") + 1 : texts.index("bounces") - 1]
     words = dict(line.split(maxsplit=1) for line in part)
     assert words.keys() == set(members("01552"))
     by = {MIRROR_X: "mirrored left-right", MIRROR_Y: "mirrored up-down", REVERSE: "reversed in time"}
     assert [words[least_rotation(images_of("01552")[each])] for each in by] == [*by.values()]
-    for lines, xy in ((texts, there(orbit.points).T), (text_of(orbit, width=50), ())):
+    for lines, xy in ((texts, there(orbit.points).T), (facts_of(orbit, width=50), ())):
         bounces = np.array([line.split() for line in lines[lines.index("bounces") + 2 :]], dtype=float).T
         known = orbit.coordinates, *xy, orbit.arclength, orbit.sine
         assert "".join(f"{symbol:g}" for symbol in bounces[1]) == "01552"
@@ -219,12 +215,12 @@ def test_the_lines_state_everything_known_about_an_orbit():
 
 
 def test_a_pruned_word_and_a_long_one_show_what_is_known():
-    texts = text_of(solve_word("00123", 1.6, exists=True))
+    texts = facts_of(solve_word("00123", 1.6, exists=True))
     assert any("hits the same straight wall twice" in line for line in texts)
     assert not {"symmetry class", "bounces"} & set(texts)
     assert phase_points(solve_word("00123", 1.6)).shape == (0, 2)
     code = "1" * 40 + "3"
-    assert code in "".join(text_of(solve_word(code, 1.6)))
+    assert code in "".join(facts_of(solve_word(code, 1.6)))
 
 
 @pytest.mark.slow
@@ -287,4 +283,4 @@ def test_zero_has_no_sign_in_bounces():
     """In the horizontal orbit 13, y and sine are 0 up to rounding."""
     orbit = solved("13")
     orbit = replace(orbit, coordinates=np.array([-1e-17, -1e-17]))
-    assert "-0.000000" not in "".join(text_of(orbit))
+    assert "-0.000000" not in "".join(facts_of(orbit))

@@ -28,7 +28,7 @@ from orbitdb.cli.tui.position import Position
 from orbitdb.cli.tui.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import QuestionDialog, ScrollBox
 from orbitdb.cli.tui.statistics_screen import StatisticsScreen
-from orbitdb.cli.tui.view import Ordering
+from orbitdb.cli.tui.stored import Ordering
 from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection
@@ -247,3 +247,14 @@ async def test_the_screen_says_that_the_shown_word_is_not_stored(varied):
         await press(pilot, "j")
         assert "is not stored" not in shown(app)
         assert "row 2 of 397" in shown(app)
+
+
+async def test_keys_that_arrive_at_once_scroll_as_far_as_single_ones(filled_once):
+    async with browsing(filled_once) as (app, pilot):
+        await press(pilot, "enter")
+        await hurry(pilot, *"jjjjjk")
+        assert app.screen.query_one(FactsPanel).scroll_y == 4
+        await press(pilot, "escape", "S")
+        await hurry(pilot, "pagedown", *"jjj", *"lllh")
+        box = app.screen.query_one(ScrollBox)
+        assert (box.scroll_x, box.scroll_y) == (2, box.container_size.height + 3)

@@ -13,7 +13,7 @@ from orbitdb.cli.tui import counts_screen
 from orbitdb.cli.tui import statistics_screen as statistics
 from orbitdb.cli.tui.counts_screen import DRAWN, Count, CountsScreen
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.view import Ordering
+from orbitdb.cli.tui.stored import Ordering
 from orbitdb.orbits.status import Status
 from orbitdb.store.file import Reader
 from orbitdb.store.selection import Selection

@@ -22,7 +22,7 @@ from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.fill_dialog import FillDialog, parse_wish
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.screens import QuestionDialog
-from orbitdb.cli.tui.view import Ordering
+from orbitdb.cli.tui.stored import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.orbits.status import Status

@@ -11,8 +11,8 @@ from textual import events
 
 import orbitdb
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.tui.choices import both, equals
-from orbitdb.cli.tui.view import Ordering, View, columns_named
+from orbitdb.cli.tui.choices import View, both, equals
+from orbitdb.cli.tui.stored import Ordering, known_columns
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection, chosen_by
 
@@ -23,7 +23,7 @@ VIEWS = [
             a=1.6, p="2-4,6", status="orbit,boundary", time_reversal="pair", where="code <> '013' or p > 3"
         ),
         Ordering("length", True),
-        columns_named(["p", "status", "length"]),
+        known_columns(["p", "status", "length"]),
     ),
     View(chosen_by(a=1.0, symmetry="T", contains="3", length=(None, 20.5), margin=(1e-4, 2))),
     View(chosen_by(a=1.6, where="length < :most -- 'short'", parameters={"most": 12}), Ordering("code")),
@@ -33,7 +33,7 @@ VIEWS = [
 
 @pytest.mark.parametrize("view", VIEWS)
 def test_the_command_and_the_line_of_python_give_the_rows_of_the_view(cli, varied, view):
-    names = [column.name for column in view.columns]
+    names = list(view.columns)
     rows = list(Catalogue(varied).rows(view.selection, columns=names, order=str(view.ordering)))
     program, *arguments = shlex.split(view.command(varied))
     assert program == "orbitdb"
@@ -74,7 +74,7 @@ async def test_views_are_copied_and_undone(varied):
 
 
 def test_the_value_of_each_column_chooses_its_row(varied):
-    names = [column.name for column in VIEWS[0].columns] + ["rules", "born", "maslov"]
+    names = [*VIEWS[0].columns, "rules", "born", "maslov"]
     catalogue = Catalogue(varied)
     pruned = catalogue.rows(columns=names, status="geometric")
     for row in [*[*catalogue.rows(columns=names)][::250], next(pruned)]:
