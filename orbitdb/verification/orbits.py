@@ -156,7 +156,8 @@ def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
     labels = to_strings(orbits.words)
     path = _Path.of(orbits, stadium)
     yield _walls(orbits, stadium, path, labels)
-    yield _reflection(path, labels)
+    force = np.abs(path.links.cos_in - path.links.cos_out)
+    yield measured("reflection", labels, force.T, ((path.sine + path.tilt) * path.tilt).sum(axis=0).T)
     yield _length_and_area(orbits, stadium, path, labels)
     yield _lambda(orbits, path, labels)
     if orbits.words.shape[1] <= MAX_DENSE:
@@ -174,12 +175,6 @@ def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str])
     outside = np.where(orbits.status == Status.BOUNDARY.value, np.abs(margin), -margin)
     deviation = np.stack([outside.clip(0.0), backwards.clip(0.0), np.abs(orbits.margin - margin)])
     return measured("walls", labels, deviation, path.place[:, 0])
-
-
-def _reflection(path: _Path, labels: Sequence[str]) -> Check:
-    force = np.abs(path.links.cos_in - path.links.cos_out)
-    allowed = ((path.sine + path.tilt) * path.tilt).sum(axis=0)
-    return measured("reflection", labels, force.T, allowed.T)
 
 
 def _length_and_area(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Check:

@@ -57,7 +57,7 @@ def test_keys_must_be_text(catalogue, key):
 
 @pytest.mark.parametrize(
     "words",
-    [["17"], "1313", np.array([1, 3]), np.array([[1.0, 3.0]]), np.array([[1, 9]]), np.array([[-1, 3]]),
+    [np.array([1, 3]), np.array([[1.0, 3.0]]), np.array([[1, 9]]), np.array([[-1, 3]]),
      from_strings(["1001"]), from_strings(["02"]), from_strings(["11"]), from_strings(["1"])],
     ids=repr,
 )  # fmt: skip
