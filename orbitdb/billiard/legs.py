@@ -150,15 +150,10 @@ def direction_limits(legs: Chain, a: float | Floats) -> tuple[Floats, Floats]:
     |alpha| < pi/2.
     """
     no_wall = legs.n == 0
-    steep, flat = _slopes(legs.n, a)
+    steep = np.arctan(np.where(no_wall, _WIDER, 2 * (legs.n + 1)) / a)
+    flat = np.arctan(np.maximum(legs.n - _WIDER, 0) / (a + 1))
     low = np.where(no_wall | (legs.s < 0), -steep, flat)
     return low, np.where(no_wall | (legs.s > 0), steep, -flat)
-
-
-def _slopes(n: Floats, a: float | Floats) -> tuple[Floats, Floats]:
-    """Return the steepest and the flattest direction that a leg with n walls may have."""
-    steep = np.arctan(np.where(n == 0, _WIDER, 2 * (n + 1)) / a)
-    return steep, np.arctan(np.maximum(n - _WIDER, 0) / (a + 1))
 
 
 def centre_directions(legs: Chain, a: float | Floats) -> Floats:

@@ -120,7 +120,9 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
         condition = _condition(problem, alpha, _direction_error(problem.legs, a, alpha, slopes, pressed))
         solved.alpha[:, active] = alpha
         solved.value[active], solved.error[active] = condition.value, condition.error
-        going = np.flatnonzero(_worth(condition, last, enough[active]))
+        unclear = (condition.error > enough[active]) & (np.abs(condition.value) < _CLEAR * condition.error)
+        improving = (condition.error > _SMALL) | (condition.error < last / 2)
+        going = np.flatnonzero(unclear & improving)
         if not len(going):
             break
         if len(going) < len(active):
@@ -130,12 +132,6 @@ def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
         (step,) = responses(problem.legs, slopes, pressed, slopes.gradient)
         alpha = np.clip(alpha + step, problem.low, problem.high)
     return solved
-
-
-def _worth(condition: Condition, last: Floats, enough: Floats) -> Marks:
-    """Tell which windows may gain from another step."""
-    unclear = (condition.error > enough) & (np.abs(condition.value) < _CLEAR * condition.error)
-    return unclear & ((condition.error > _SMALL) | (condition.error < last / 2))
 
 
 def _direction_error(legs: Chain, a: float, alpha: Floats, slopes: Derivatives, pressed: Marks) -> Floats:

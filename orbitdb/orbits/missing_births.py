@@ -38,7 +38,6 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Floats, Marks, Places, Words
 from orbitdb.billiard.legs import (
     Chain,
-    Derivatives,
     centre_directions,
     cut,
     derivatives,
@@ -158,7 +157,8 @@ def judge(legs: Chain, x: Floats, radius: Floats, start: Floats) -> tuple[NDArra
         The directions in the middle of the cell, and d alpha/dx there if no direction is pressed.
     """
     a, r = np.exp(x), radius + _EDGE
-    box = _box(legs, a, r)
+    near, far = direction_limits(legs, a * np.exp(-r)), direction_limits(legs, a * np.exp(r))
+    box = np.minimum(near[0], far[0]), np.maximum(near[1], far[1])  # for an orbit anywhere in the cell
     middle = _middle(legs, a, start, box)
     return _kinds(legs, r, middle, _bounded(legs, a, r, box, middle)), middle.alpha, middle.drift
 
@@ -185,7 +185,6 @@ class _Bounds(NamedTuple):
 
 
 def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -> _Middle:
-    """Solve each word at the midpoint of its cell."""
     alpha = _maximum(legs, a, start, box)
     slopes = derivatives(legs, a, alpha)
     off = direction_errors(legs, a, alpha, slopes, box)
@@ -196,7 +195,10 @@ def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -
     kicks = np.abs(np.cos(half_turns(legs, alpha)) / (4 * legs.k**2)) * turning**2
     forcing = np.abs(pull) + 4 * a * np.cos(alpha) * np.abs(drift) + np.abs(slopes.lean) * drift**2
     forcing += kicks + following(kicks)
-    rhs = np.stack([_lifted(np.abs(pull), slopes), _lifted(forcing, slopes)])
+    # room in every row for changes within a cell
+    rhs = np.stack([
+        forces + _SHARE * forces.max(axis=0) + _LEAST * slopes.beyond for forces in (np.abs(pull), forcing)
+    ])  # fmt: skip
     v, u = solve_cyclic(diagonal, -np.abs(beside), rhs)
     return _Middle(alpha, off, drift, _left_over(legs, a, diagonal, beside, pull, drift), v, u)
 
@@ -263,20 +265,9 @@ def _maximum(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) 
     return alpha
 
 
-def _lifted(forces: Floats, slopes: Derivatives) -> Floats:
-    """Return right-hand sides that leave room in every row for changes within a cell."""
-    return forces + _SHARE * forces.max(axis=0) + _LEAST * slopes.beyond
-
-
 def _largest(values: Floats) -> Floats:
     """Return the largest value of each word, rounded up, shape (N,); infinite if a value is not finite."""
     return np.where(np.isfinite(values), values, np.inf).max(axis=0) * WIDER
-
-
-def _box(legs: Chain, a: Floats, r: Floats) -> tuple[Floats, Floats]:
-    """Return limits that contain the directions of an orbit at any a in the cell."""
-    near, far = direction_limits(legs, a * np.exp(-r)), direction_limits(legs, a * np.exp(r))
-    return np.minimum(near[0], far[0]), np.maximum(near[1], far[1])
 
 
 def _spread(legs: Chain, bound: Floats) -> Floats:

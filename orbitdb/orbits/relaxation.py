@@ -68,7 +68,10 @@ def relax(
             symbols, x = symbols.take(going, axis=1), x.take(going, axis=1)
         if not len(active):
             break
-        x = _runge_kutta_step(stadium, symbols, x, velocity)
+        second = _velocity(stadium, symbols, x + STEP / 2 * velocity)  # a fourth-order Runge-Kutta step
+        third = _velocity(stadium, symbols, x + STEP / 2 * second)
+        fourth = _velocity(stadium, symbols, x + STEP * third)
+        x = x + STEP / 6 * (velocity + 2 * (second + third) + fourth)
     orbits.iterations[active] = max_steps
     return orbits
 
@@ -95,14 +98,6 @@ def _velocity(stadium: Stadium, symbols: Words, x: Floats) -> Floats:
     """Return dx/dt, shape (p, N), which decreases the length on walls and increases it on semicircles."""
     slope = forces(stadium, symbols.T, x.T).T
     return np.where(STRAIGHT[symbols], -slope, slope)
-
-
-def _runge_kutta_step(stadium: Stadium, symbols: Words, x: Floats, first: Floats) -> Floats:
-    """Return the coordinates after one fourth-order step; ``first`` is the velocity at its start."""
-    second = _velocity(stadium, symbols, x + STEP / 2 * first)
-    third = _velocity(stadium, symbols, x + STEP / 2 * second)
-    fourth = _velocity(stadium, symbols, x + STEP * third)
-    return x + STEP / 6 * (first + 2 * (second + third) + fourth)
 
 
 def _at_rest(words: Words, stadium: Stadium, x: Floats, step: int) -> Orbits:

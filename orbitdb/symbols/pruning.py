@@ -47,19 +47,14 @@ def rules_broken(words: Words) -> Masks:
     walls, same = _walls_since(sides)
     one_sided = ~((sides < 0).any(axis=1) & (sides > 0).any(axis=1))
     broken = (
-        _somewhere(~curved & ~other),
-        _somewhere((words >= 4) & (words != before) & other),
+        (~curved & ~other).any(axis=1),
+        ((words >= 4) & (words != before) & other).any(axis=1),
         one_sided,
-        _somewhere(same & (walls == 1)),
-        _somewhere(curved & (sides == SIDE[after]) & other),
-        _somewhere(same & (walls >= 2)),
+        (same & (walls == 1)).any(axis=1),
+        (curved & (sides == SIDE[after]) & other).any(axis=1),
+        (same & (walls >= 2)).any(axis=1),
     )
     return np.packbits(broken, axis=0, bitorder="little")[0]
-
-
-def _somewhere(marks: Marks) -> Marks:
-    """Tell which words have a mark at one or more bounces."""
-    return np.logical_or.reduce(marks, axis=1)
 
 
 def _walls_since(sides: Floats) -> tuple[Places, Marks]:

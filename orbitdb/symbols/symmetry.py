@@ -183,17 +183,12 @@ def _changes(codes: Integers, p: int) -> tuple[Integers, Integers]:
     units = _UNITS & ((np.int64(1) << BITS * p) - 1)
     low, middle, high = (codes >> place & units for place in range(BITS))
     curved = low | high
-    change = codes ^ next_symbols(codes, p)
+    top = BITS * (p - 1)
+    change = codes ^ ((codes & ((np.int64(1) << top) - 1)) << BITS | codes >> top)  # from the next symbol
     ends = (change | change >> 1 | change >> 2) & units
-    single = ends & (ends >> BITS | (ends & 1) << BITS * (p - 1)) & ~high
+    single = ends & (ends >> BITS | (ends & 1) << top) & ~high
     run, right = curved & ~single, low & (high | middle)
     return run << 2 | (run & right) << 1 | run & ~right, (curved ^ units) << 1
-
-
-def next_symbols(codes: Integers, p: int) -> Integers:
-    """Return packed words of period p rotated by one symbol to the left."""
-    top = BITS * (p - 1)
-    return (codes & ((np.int64(1) << top) - 1)) << BITS | codes >> top
 
 
 def reversed_words(codes: Integers, p: int) -> Integers:
