@@ -13,17 +13,17 @@ def remember(arguments: Sequence[str]) -> None:
     """Remember --db and --a from a command line, unless they are repeated, a grid, or need quotes."""
     _given.clear()
     for option in ("--db", "--a"):
-        found = [after for name, after in pairwise(arguments) if name == option]
-        found += [each.removeprefix(f"{option}=") for each in arguments if each.startswith(f"{option}=")]
-        if len(found) == 1 and found[0].isprintable() and not set(found[0]) & set("'\"\\$` :,"):
-            _given[option] = found[0]
+        values = [value for name, value in pairwise(arguments) if name == option]
+        values += [text.removeprefix(f"{option}=") for text in arguments if text.startswith(f"{option}=")]
+        if len(values) == 1 and values[0].isprintable() and not set(values[0]) & set("'\"\\$` :,"):
+            _given[option] = values[0]
 
 
 def completed(message: str) -> str:
     """Add the remembered options to the commands that a message suggests."""
 
-    def with_given(found: re.Match[str]) -> str:
-        command, rest = found[1], found[2] or ""
+    def with_given(advised: re.Match[str]) -> str:
+        command, rest = advised[1], advised[2] or ""
         missing = [option for option in _given if f"{option} " not in f"{rest} "]
         if command not in _AT_ONE_A:
             missing = [option for option in missing if option == "--db"]

@@ -52,19 +52,12 @@ PANELS = {
         "bench": "Measure run time against error, or solve hard cases",
     },
 }
-"""The commands in each panel of the help, with one-line summaries; `_UNLISTED` commands work, too."""
+"""The commands in each panel of the help, with one-line summaries."""
 
-_UNLISTED = {"tui": "browse"}
 _MODULES = {name: name for names in PANELS.values() for name in names}
 _MODULES |= dict.fromkeys(("table", "entropy", "lyapunov", "simulate"), "averages")
-_MODULES |= {
-    "sweep": "fill",
-    "births": "fill",
-    "sql": "query",
-    "columns": "query",
-    "scars": "spectrum",
-}
-_MODULES |= dict.fromkeys(("delete", "migrate"), "info") | _UNLISTED
+_MODULES |= {"sweep": "fill", "births": "fill", "sql": "query", "columns": "query", "scars": "spectrum"}
+_MODULES |= dict.fromkeys(("delete", "migrate"), "info")
 """The module of each command in `orbitdb.cli.commands`. It contains the function of the command, `EXAMPLES`
 (a dict if the module has several commands) and optionally an `AFTERWORD`."""
 
@@ -93,21 +86,26 @@ class Command(TyperCommand):
         """Parse the arguments; refuse an option with a single value that is given more than once."""
         if not ctx.resilient_parsing:
             *_, order = self.make_parser(ctx).parse_args(args=list(args))
-            for each, times in Counter(order).items():
-                if times > 1 and not getattr(each, "multiple", True) and not getattr(each, "is_flag", True):
-                    ctx.fail(f"{each.opts[0]} is given {times} times: give it once")
+            for option, times in Counter(order).items():
+                if (
+                    times > 1
+                    and not getattr(option, "multiple", True)
+                    and not getattr(option, "is_flag", True)
+                ):
+                    ctx.fail(f"{option.opts[0]} is given {times} times: give it once")
         return super().parse_args(ctx, args)
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write the arguments, then the options panel by panel."""
         panel_of = {name: panel for panel, names in _OPTIONS.items() for name in names}
         panels: dict[str, list[Any]] = {panel: [] for panel in ("Arguments", "Options", *_OPTIONS)}
-        for each in self.get_params(ctx):
-            if getattr(each.type, "name", "") == "str":  # as a placeholder, it explains nothing
-                each.metavar = each.metavar or each.opts[-1].strip("-").upper()
-            if (record := each.get_help_record(ctx)) is not None:
-                option = each.param_type_name == "option"
-                panels[panel_of.get(each.name or "", "Options") if option else "Arguments"].append(record)
+        for parameter in self.get_params(ctx):
+            if getattr(parameter.type, "name", "") == "str":  # as a placeholder, it explains nothing
+                parameter.metavar = parameter.metavar or parameter.opts[-1].strip("-").upper()
+            if (record := parameter.get_help_record(ctx)) is not None:
+                is_option = parameter.param_type_name == "option"
+                panel = panel_of.get(parameter.name or "", "Options") if is_option else "Arguments"
+                panels[panel].append(record)
         for panel, records in panels.items():
             _write(formatter, panel, records)
 
@@ -156,8 +154,7 @@ def program(commands: Sequence[str] = tuple(_MODULES)) -> typer.Typer:
     app.callback()(_options)
     for name in commands:
         module = import_module(f"orbitdb.cli.commands.{_MODULES[name]}")
-        command = with_groups(getattr(module, "browse" if name == "tui" else name))
-        app.command(name, hidden=name in _UNLISTED, cls=Command, epilog=_epilog(module, name))(command)
+        app.command(name, cls=Command, epilog=_epilog(module, name))(with_groups(getattr(module, name)))
     return app
 
 
@@ -166,6 +163,22 @@ def _epilog(module: Any, name: str) -> str:
     several = "s" if len(examples) > 1 else ""
     lines = (f"  orbitdb {example}" for example in examples)
     return "\n\n".join([f"\nExample{several}:", *lines, getattr(module, "AFTERWORD", "")])
+
+
+def refusal(error: ParsingError) -> str:
+    """Say what is wrong with arguments that cannot be parsed, and what to do."""
+    text = " ".join(error.format_message().split())
+    if isinstance(error, typer.BadParameter):
+        return text
+    context, mistyped = getattr(error, "ctx", None), getattr(error, "option_name", None)
+    if context is None or mistyped is None or error.possibilities:  # type: ignore[attr-defined]
+        return f"{text} (--help shows the options)"
+    if context.parent is None:
+        return f"{text} (options go after the command, as in 'orbitdb table --db PATH')"
+    names = [name for parameter in context.command.params for name in parameter.opts if name[:2] == "--"]
+    meant = [name for name in names if mistyped.startswith(name) or name.startswith(mistyped)]
+    question = f"did you mean {' or '.join(meant)}? " if meant else ""
+    return f"{text} ({question}--help shows the options)"
 
 
 @cache

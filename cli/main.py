@@ -14,14 +14,11 @@ import time
 from contextlib import suppress
 from io import TextIOWrapper, UnsupportedOperation
 from types import FrameType
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 from orbitdb.cli.advice import completed, remember
 from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
 from orbitdb.text import line
-
-if TYPE_CHECKING:
-    from orbitdb.cli.app import ParsingError
 
 DONE, FAILED, USAGE, NO_DATABASE, SIGNALLED, INTERRUPTED, UNREAD = 0, 1, 2, 3, 128, 130, 141
 """Exit codes; the number of a signal is added to `SIGNALLED`."""
@@ -80,8 +77,6 @@ def leave(code: int) -> NoReturn:
 
 def execute(arguments: list[str]) -> int:
     """Run one command in this process; return its exit code. Only bugs in the program raise."""
-    if any("\0" in argument for argument in arguments):
-        return _say("an argument contains a NUL character", USAGE)
     if arguments[0] == "help":
         arguments = [*arguments[1:2], "--help"]
     remember(arguments)
@@ -113,7 +108,7 @@ def _ended(code: int, arguments: list[str]) -> int:
 
 def _failed(error: Exception) -> int:
     """Report a failure and return its exit code; raise the error again if it is a bug in the program."""
-    from orbitdb.cli.app import ParsingError
+    from orbitdb.cli.app import ParsingError, refusal
 
     match error:
         case InputError():
@@ -123,7 +118,7 @@ def _failed(error: Exception) -> int:
         case WorkError() | ModuleNotFoundError():
             return _say(str(error), FAILED)
         case ParsingError():
-            return _say(f"{' '.join(error.format_message().split())} ({_advice(error)})", USAGE)
+            return _say(refusal(error), USAGE)
         case UnsupportedOperation():
             return _say("the output cannot be written (it is closed)", NO_DATABASE)
         case MemoryError():
@@ -131,19 +126,6 @@ def _failed(error: Exception) -> int:
         case OSError():
             return _unwritten(error)
     raise error
-
-
-def _advice(error: "ParsingError") -> str:
-    """Return advice on arguments that cannot be parsed."""
-    context = getattr(error, "ctx", None)
-    if context is not None and context.parent is None and hasattr(error, "option_name"):
-        return "options go after the command, as in 'orbitdb table --db PATH'"
-    mistyped = getattr(error, "option_name", None)
-    if context is not None and mistyped and not getattr(error, "possibilities", None):
-        known = [name for each in context.command.params for name in each.opts if name.startswith("--")]
-        if meant := [name for name in known if mistyped.startswith(name) or name.startswith(mistyped)]:
-            return f"did you mean {' or '.join(meant)}? --help shows the options"
-    return "--help shows the options"
 
 
 def _unwritten(error: OSError) -> int:

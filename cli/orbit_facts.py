@@ -58,7 +58,7 @@ def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
 
 _WALLS = ("bottom", "left, up", "top", "right, up", "left, down", "right, down")
 
-BOUNCE_COLUMNS = tuple(each.name for each in OF_BOUNCES)
+BOUNCE_COLUMNS = tuple(column.name for column in OF_BOUNCES)
 BounceRow = tuple[int, int, float, float, float, float, float]
 
 
@@ -74,20 +74,20 @@ def bounce_rows(a: float, words: Sequence[str], coordinates: Sequence[Any]) -> l
     from orbitdb.symbols.words import from_strings
 
     stadium = Stadium(a)
-    found: list[list[BounceRow]] = [[] for _ in words]
+    bounces: list[list[BounceRow]] = [[] for _ in words]
     periods: dict[int, list[int]] = {}
-    for place, (word, known) in enumerate(zip(words, coordinates, strict=True)):
-        if known is not None:
+    for place, (word, of_word) in enumerate(zip(words, coordinates, strict=True)):
+        if of_word is not None:
             periods.setdefault(len(word), []).append(place)
     for p, places in periods.items():
         symbols = from_strings([words[place] for place in places])
-        here = np.array([coordinates[place] for place in places])
-        x, y = np.moveaxis(stadium.points(symbols, here), -1, 0)
-        columns = (symbols, here, x, y, *birkhoff(stadium, symbols, here))
+        of_words = np.array([coordinates[place] for place in places])
+        x, y = np.moveaxis(stadium.points(symbols, of_words), -1, 0)
+        columns = (symbols, of_words, x, y, *birkhoff(stadium, symbols, of_words))
         numbers = range(1, p + 1)
         for place, *rows in zip(places, *(column.tolist() for column in columns), strict=True):
-            found[place] = list(zip(numbers, *rows, strict=True))
-    return found
+            bounces[place] = list(zip(numbers, *rows, strict=True))
+    return bounces
 
 
 def write_bounces(orbit: "Orbit") -> None:

@@ -3,6 +3,7 @@
 import math
 import os
 import re
+import shutil
 import stat
 import sys
 from collections.abc import Iterable, Iterator, Sequence
@@ -10,6 +11,7 @@ from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR
 from enum import StrEnum
+from textwrap import wrap
 from typing import Annotated, Any, TextIO
 
 import typer
@@ -151,7 +153,7 @@ def _cells(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[list[
         for place, beside in errors:
             cells[place] = as_sure(row[place], row[beside])
         texts.append(cells)
-        left = [known or not _is_number(value) for known, value in zip(left, row, strict=True)]
+        left = [is_text or not _is_number(value) for is_text, value in zip(left, row, strict=True)]
     return texts, left
 
 
@@ -165,10 +167,21 @@ _SAMPLED = ("lambda_d", "lambda_c", "mean_free_path")
 
 
 def write_facts(facts: Sequence[tuple[str, str]]) -> None:
-    """Write names and values in two aligned columns."""
+    """Write names and values in two aligned columns; on a terminal, long values are wrapped."""
     width = max(len(name) for name, _ in facts)
+    columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else sys.maxsize
     for name, text in facts:
-        sys.stdout.write(f"{name.ljust(width)}  {printable(text)}\n")
+        sys.stdout.writelines(beside(f"{name.ljust(width)}  ", printable(text), columns))
+
+
+def beside(start: str, text: str, columns: int) -> Iterator[str]:
+    """Yield the lines of a text that is wrapped beside the start of its first line, if there is room."""
+    for part in wrap(text, max(columns - len(start), _LEAST_WIDTH), break_long_words=False) or [""]:
+        yield f"{start}{part}".rstrip() + "\n"
+        start = " " * len(start)
+
+
+_LEAST_WIDTH = 24
 
 
 def _table(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[bool]) -> Iterator[str]:

@@ -48,8 +48,8 @@ def table(
     from orbitdb.answers.entropy import table as counts
 
     with reading(db, a, Choice(p=p)) as (moment, stadiums):
-        found = [counts(moment, chosen) for chosen in stadiums]
-    output.write(*_rows_of(found, many_a(a), output))
+        results = [counts(moment, chosen) for chosen in stadiums]
+    output.write(*_rows_of(results, many_a(a), output))
 
 
 def entropy(
@@ -70,8 +70,8 @@ def entropy(
     from orbitdb.answers.results import PROVED
 
     with progress("reading orbits"), reading(db, a, choice) as (moment, stadiums):
-        found = [of_orbits(moment, chosen) for chosen in stadiums]
-    output.write(*_rows_of(found, many_a(a), output, hidden=PROVED if output.table else ()))
+        results = [of_orbits(moment, chosen) for chosen in stadiums]
+    output.write(*_rows_of(results, many_a(a), output, hidden=PROVED if output.table else ()))
 
 
 def lyapunov(
@@ -104,8 +104,8 @@ def lyapunov(
         def tell(done: float) -> None:
             shown(done, 1.0, "summing pseudo-cycles")
 
-        found = [average(moment, chosen, weight, cut, tell) for chosen in stadiums]
-    names, rows = _rows_of(found, many_a(a), output)
+        results = [average(moment, chosen, weight, cut, tell) for chosen in stadiums]
+    names, rows = _rows_of(results, many_a(a), output)
     if not output.table or cut is not None:
         output.write(names, rows)
         return
@@ -133,27 +133,27 @@ def _block(
 
 
 def _rows_of(
-    found: "Sequence[Result]", many: bool, output: Output, hidden: Collection[str] = ()
+    results: "Sequence[Result]", many: bool, output: Output, hidden: Collection[str] = ()
 ) -> tuple[list[str], list[tuple[Any, ...]]]:
     """Return the columns of results, except hidden ones, and their rows; exit if there are no rows.
 
     Notes say what is missing and, for a table, what else is known. If `many`, the first column is a, and a
     cell is empty if the result for its a does not have the column.
     """
-    for each in found:
-        for text in (*each.notes, *(each.facts if output.table else ())):
-            here = f"a = {exact(each.selection.a)}"
-            note(f"{here}: {text}" if many and here not in text else text)
-    there = [each for each in found if len(each)]
-    if not there:
+    for result in results:
+        for text in (*result.notes, *(result.facts if output.table else ())):
+            at = f"a = {exact(result.selection.a)}"
+            note(f"{at}: {text}" if many and at not in text else text)
+    if not any(map(len, results)):
         raise typer.Exit(1)
-    names = [name for name in dict.fromkeys(n for each in there for n in each.columns) if name not in hidden]
+    columns = dict.fromkeys(name for result in results if len(result) for name in result.columns)
+    names = [*(["a"] if many else []), *(name for name in columns if name not in hidden)]
     rows = [
-        (*([each.selection.a] if many else []), *map(dict(zip(each.columns, row, strict=True)).get, names))
-        for each in there
-        for row in each.rows()
+        tuple(({"a": result.selection.a} | dict(zip(result.columns, row, strict=True))).get(n) for n in names)
+        for result in results
+        for row in result.rows()
     ]
-    return (["a", *names] if many else names), rows
+    return names, rows
 
 
 SIMULATED = (
@@ -195,32 +195,32 @@ def simulate(
         bring(db)
         check_writable(db)
     with progress("trajectories") as shown:
-        found = follow(stadium, wanted, seed, legwise, shown)
+        means = follow(stadium, wanted, seed, legwise, shown)
     try:
         if store:
-            keep_simulated(db, a, found)
+            keep_simulated(db, a, means)
     finally:
         if output.table:
-            write_facts(_facts(a, found))
+            write_facts(_facts(a, means))
         else:
-            values = {"a": a, **found.row()}
+            values = {"a": a, **means.row()}
             output.write(SIMULATED, [[values[name] for name in SIMULATED]])
-    off = (found.mean_free_path - stadium.mean_free_path) / found.mean_free_path_error
+    off = (means.mean_free_path - stadium.mean_free_path) / means.mean_free_path_error
     note(
         f"the mean free path is {abs(off):.1f} standard errors {'above' if off > 0 else 'below'} "
         f"pi Area / Perimeter = {stadium.mean_free_path:.6f}"
     )
-    if abs(found.bounces - wanted) > _NEAR * wanted:
-        note(f"{found.bounces} bounces were followed, not {wanted}: errors need many complete trajectories")
+    if abs(means.bounces - wanted) > _NEAR * wanted:
+        note(f"{means.bounces} bounces were followed, not {wanted}: errors need many complete trajectories")
 
 
-def _facts(a: float, found: "Reference") -> list[tuple[str, str]]:
+def _facts(a: float, means: "Reference") -> list[tuple[str, str]]:
     """Return the result as pairs of a name and a text."""
     return [
-        ("a", f"{exact(a)}"),
-        ("lambda_d", with_error(found.lambda_d, found.lambda_d_error)),
-        ("lambda_c", with_error(found.lambda_c, found.lambda_c_error)),
-        ("mean free path", with_error(found.mean_free_path, found.mean_free_path_error)),
-        ("bounces", str(found.bounces)),
-        ("seed", str(found.seed)),
+        ("a", exact(a)),
+        ("lambda_d", with_error(means.lambda_d, means.lambda_d_error)),
+        ("lambda_c", with_error(means.lambda_c, means.lambda_c_error)),
+        ("mean free path", with_error(means.mean_free_path, means.mean_free_path_error)),
+        ("bounces", str(means.bounces)),
+        ("seed", str(means.seed)),
     ]

@@ -1,7 +1,7 @@
 """``orbitdb bench``: run time against error, and hard cases."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -12,7 +12,6 @@ from orbitdb.cli import options
 from orbitdb.cli.output import Output, note, progress
 from orbitdb.errors import InputError
 from orbitdb.extras import load
-from orbitdb.progress import aside
 from orbitdb.text import exact
 
 if TYPE_CHECKING:
@@ -65,8 +64,8 @@ def bench(
         from orbitdb.benchmarks.stress import Outcome, stress
 
         options.refuse_idle(context, "with --kind stress", "a", "p", "picture")
-        outcomes = _write(output, Outcome, _watched(stress()))
-        if not all(each.passed for each in outcomes):
+        outcomes = _write(output, Outcome, stress())
+        if not all(outcome.passed for outcome in outcomes):
             raise typer.Exit(1)
     else:
         _compare(_period(p or "9"), Stadium(a), output, picture)
@@ -83,23 +82,26 @@ def _period(text: str) -> int:
 
 def _compare(p: int, stadium: "Stadium", output: Output, picture: Path | None) -> None:
     """Compare the methods for one period, and draw the diagram if requested."""
-    from orbitdb.answers.export import FIGURES, complete, form_of
-    from orbitdb.benchmarks.work_precision import WorkPrecision
+    from orbitdb.answers.export import FIGURES, check_target, complete, form_of
+    from orbitdb.benchmarks.work_precision import WorkPrecision, sample, work_precision
 
-    said = f"p = {p} at a = {exact(stadium.a)}"
+    title = f"p = {p} at a = {exact(stadium.a)}"
+    if picture is not None:
+        ending = form_of(picture, known=FIGURES)
+        check_target(picture)
+        style = load("orbitdb.plots.style", "a figure", "plot")  # late, because matplotlib is slow to import
+    with progress("true orbits in ball arithmetic"):
+        cases = sample(p, stadium)
+    rows = _write(output, WorkPrecision, work_precision(cases))
     if picture is None:
-        note(f"{said}: times are in seconds, errors of length and lambda are relative")
-        _write(output, WorkPrecision, _compared(p, stadium))
+        note(f"{title}: times are in seconds, errors of length and lambda are relative")
         return
-    ending = form_of(picture, known=FIGURES)
-    style = load("orbitdb.plots.style", "a figure", "plot")  # late, because matplotlib is slow to import
     with complete(picture) as draft:
-        rows = _write(output, WorkPrecision, _compared(p, stadium))
-        style.save(draw_work_precision(rows, said), draft, ending, said)
-    note(f"{said}, in {picture}")
+        style.save(draw_work_precision(rows, title), draft, ending, title)
+    note(f"{title}, in {picture}")
 
 
-def draw_work_precision(rows: "Sequence[WorkPrecision]", said: str) -> "Figure":
+def draw_work_precision(rows: "Sequence[WorkPrecision]", title: str) -> "Figure":
     """Draw, for each method, the run time per word against the largest error of a coordinate."""
     from orbitdb.plots.style import BLUE, GREEN, INK, ORANGE, PURPLE, figure
 
@@ -123,36 +125,17 @@ def draw_work_precision(rows: "Sequence[WorkPrecision]", said: str) -> "Figure":
         ax.annotate("double", (_DOUBLE, 0), xycoords=("data", "axes fraction"), xytext=(-3, 4), ha="right",
                     textcoords="offset points", color=INK, fontsize=8)  # fmt: skip
         ax.set(xlabel="largest error of a coordinate (units of $R$, rad)", ylabel="run time per word (s)")
-        ax.set_title(f"run time against error, {said}")
+        ax.set_title(f"run time against error, {title}")
     return made
 
 
-def _compared(p: int, stadium: "Stadium") -> "Iterator[WorkPrecision]":
-    from orbitdb.benchmarks.work_precision import sample, work_precision
-
-    with progress("true orbits in ball arithmetic"):
-        cases = sample(p, stadium)
-    yield from _watched(work_precision(cases))
-
-
 def _write(output: Output, kind: Any, rows: Iterable[Any]) -> list[Any]:
-    """Write each row as soon as it is there, with NaN as an empty field; return the rows."""
+    """Write rows, with NaN as an empty field, while progress names the latest one; return them."""
     written = []
-
-    def values() -> Iterator[list[Any]]:
-        for row in rows:
-            written.append(row)
-            yield [None if value != value else value for value in asdict(row).values()]
-
-    output.write([field.name for field in fields(kind)], values())
-    return written
-
-
-def _watched(rows: Iterable[Any]) -> Iterator[Any]:
-    """Yield the rows, and show the latest one as progress."""
     with progress("measuring") as shown:
         for row in rows:
-            with aside():
-                yield row
-            first = " ".join(str(value) for value in list(asdict(row).values())[:2])
-            shown(0, 0, f"measuring, done: {first}")
+            written.append(row)
+            shown(0, 0, f"measuring, done: {' '.join(map(str, [*asdict(row).values()][:2]))}")
+    values = ([None if value != value else value for value in asdict(row).values()] for row in written)
+    output.write([field.name for field in fields(kind)], values)
+    return written

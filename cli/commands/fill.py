@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from itertools import zip_longest
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -83,7 +84,7 @@ def fill(
         raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
     if code:
         takes_only(context, "with --code", "code", "a", "method", "dry_run")
-        _fill_words([fillable(primitive(each)) for each in given_codes(code)], a, method, db, dry_run)
+        _fill_words([fillable(primitive(word)) for word in given_codes(code)], a, method, db, dry_run)
         return
     if asked is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
@@ -121,9 +122,9 @@ def _fill_words(words: Sequence[str], a: float, method: str, db: Path, dry_run: 
     bring(db)
     catalogue = Catalogue(db, a)
     for word in words:
-        found = catalogue.fill_word(word, method=method)
-        kept = "" if found.stored else "; not stored"
-        note(f"{code_text(word)}: {found.status.sentence}{kept}")
+        orbit = catalogue.fill_word(word, method=method)
+        kept = "" if orbit.stored else "; not stored"
+        note(f"{code_text(word)}: {orbit.status.sentence}{kept}")
 
 
 def sweep(
@@ -157,9 +158,9 @@ def sweep(
     with solvers.cluster() as workers:
         bring(db)
         with Catalogue(db, a) as catalogue, progress(span, expected=coming.seconds) as shown:
-            found = catalogue.sweep(periods, jobs=solvers.jobs, workers=workers, progress=shown)
+            sweeps = catalogue.sweep(periods, jobs=solvers.jobs, workers=workers, progress=shown)
     note(f"{span}: {several(coming.words, 'word')}, {time.monotonic() - start:.1f} s, in {db}")
-    rows = [each.row() for each in found]
+    rows = [sweep.row() for sweep in sweeps]
     output.write(list(rows[0]), ([*row.values()] for row in rows))
 
 
@@ -199,15 +200,14 @@ def births(
         periods = asked_periods(context, asked, first)
         _fill_births(periods, db, jobs)
     with reading(db) as moment:
-        found = [each for each in read_birth_fills(moment) if each.p in periods]
-        ended = _ended(moment, [each.p for each in found if each.whole]) if deaths else []
-    for each in found:
-        if not each.whole:
-            note(f"births of period {each.p} are incomplete: 'orbitdb births --p {each.p}' completes them")
-    whole = [each for each in found if each.whole]
+        fills = [fill for fill in read_birth_fills(moment) if fill.p in periods]
+        whole = [fill for fill in fills if fill.whole]
+        ended = _ended(moment, [fill.p for fill in whole]) if deaths else []
+    for p in [fill.p for fill in fills if not fill.whole]:
+        note(f"births of period {p} are incomplete: 'orbitdb births --p {p}' completes them")
     if deaths and whole:
         output.write(LIFE_COLUMNS, ended)
-        note(f"{len(ended)} lives end among {sum(each.classes or 0 for each in whole)} classes")
+        note(f"{len(ended)} lives end among {sum(fill.classes or 0 for fill in whole)} classes")
     elif not output.write(LIFE_COLUMNS if deaths else BIRTH_COLUMNS, map(attrgetter(*BIRTH_COLUMNS), whole)):
         note(f"no births in {db}: 'orbitdb births --p 11' finds them")
         raise typer.Exit(1)
@@ -219,16 +219,11 @@ def _ended(moment: "Moment", periods: Sequence[int]) -> list[tuple[object, ...]]
 
     rows: list[tuple[object, ...]] = []
     for p in periods:
-        lives = read_lives(moment, p)
-        again: dict[str, list[float]] = {life.word: [] for life in lives if life.dies is not None}
-        for life in lives:
-            if life.word in again and life.born is not None:
-                again[life.word].append(life.born)
-        rows += [
-            (p, life.word, life.class_size, life.born, life.dies, life.dies_error,
-             min((born for born in again[life.word] if born > life.dies), default=None))
-            for life in sorted(lives, key=lambda each: (each.word, each.born or 0.0)) if life.dies is not None
-        ]  # fmt: skip
+        lives = sorted(read_lives(moment, p), key=lambda life: (life.word, life.born or 0.0))
+        for life, following in zip_longest(lives, lives[1:]):
+            if life.dies is not None:
+                reborn = following.born if following and following.word == life.word else None
+                rows.append((p, life.word, life.class_size, life.born, life.dies, life.dies_error, reborn))
     return rows
 
 

@@ -11,7 +11,7 @@ from orbitdb.cli import options
 from orbitdb.cli.output import Output, note, write_facts
 from orbitdb.cli.storing import bring
 from orbitdb.errors import InputError
-from orbitdb.text import several
+from orbitdb.text import exact, gigabytes, several
 
 if TYPE_CHECKING:
     from orbitdb.store.connection import Moment
@@ -24,7 +24,7 @@ EXAMPLES = {
 COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
            "seconds", "enumerating", "solving", "storing")  # fmt: skip
 _SHOWN = len(COLUMNS) - 3
-"""Number of columns that fit into a table of 80 characters; other formats add the processor times."""
+"""Number of columns shown to people; other formats add the processor times."""
 _OF_FILL = attrgetter("p", "state", "words", "n_t", "n_c", "boundary", "unresolved",
                      "seconds", "enumerating", "solving", "storing")  # fmt: skip
 _OF_TALLY = attrgetter("words", "n_c", "boundary", "unresolved")
@@ -50,13 +50,14 @@ def info(
         rows = [row for a in a_values(moment) for row in _periods(moment, a)]
         facts = _facts(moment) if output.table else []
     rows.sort(key=lambda row: row[:2])
-    shown = _SHOWN if output.for_people else len(COLUMNS)
-    if output.table:
-        write_facts(facts)
-    if output.table and rows:
-        print()
-    if rows or not output.table:
+    if not output.table:
+        shown = _SHOWN if output.for_people else len(COLUMNS)
         output.write(COLUMNS[:shown], [row[:shown] for row in rows])
+        return
+    write_facts(facts)
+    for a, rows_at_a in groupby(rows, key=itemgetter(0)):
+        print(f"\na = {exact(a)}")
+        output.write(COLUMNS[1:_SHOWN], [row[1:_SHOWN] for row in rows_at_a])
 
 
 def delete(
@@ -77,7 +78,6 @@ def delete(
     belong to no half length. On a terminal you are asked first.
     """
     from orbitdb.catalogue import Catalogue
-    from orbitdb.text import exact
 
     catalogue = Catalogue(db)
     contents = catalogue.contents(a, p)
@@ -111,11 +111,11 @@ def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
     fills = read_fills(moment, a)
     rows = [(a, *_OF_FILL(fill)) for fill in fills]
     filled = {fill.p for fill in fills if fill.whole}
-    for each in read_sweeps(moment, a):
-        if each.p not in filled:
-            counts = _OF_TALLY(each.tally) if each.whole else (None,) * 4
-            state = "swept" if each.whole else "sweeping"
-            rows.append((a, each.p, state, 0, *counts, each.seconds, None, each.processor, None))
+    for sweep in read_sweeps(moment, a):
+        if sweep.p not in filled:
+            counts = _OF_TALLY(sweep.tally) if sweep.whole else (None,) * 4
+            state = "swept" if sweep.whole else "sweeping"
+            rows.append((a, sweep.p, state, 0, *counts, sweep.seconds, None, sweep.processor, None))
     return rows
 
 
@@ -125,17 +125,15 @@ def _facts(moment: "Moment") -> list[tuple[str, str]]:
     from orbitdb.store.lives import read_birth_fills
     from orbitdb.store.schema import SCHEMA_VERSION
     from orbitdb.store.selection import written_periods
-    from orbitdb.text import exact, gigabytes
 
-    taken = room(moment)
     facts = [
         ("catalogue", str(moment.path.resolve())),
         ("schema", str(SCHEMA_VERSION)),
         ("size", gigabytes(moment.path.stat().st_size)),
     ]
-    for name, (count, each) in taken.items():
-        facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
-    if born := [each.p for each in read_birth_fills(moment) if each.whole]:
+    for name, (count, size) in room(moment).items():
+        facts.append((name, f"{count}" if size is None else f"{count}, {size:.0f} bytes each"))
+    if born := [fill.p for fill in read_birth_fills(moment) if fill.whole]:
         facts.append(("births", written_periods(born)))
     for a, ranges in groupby(level_windows(moment), key=itemgetter(0)):
         parts = [f"{parity} k = {low:g}..{high:g} ({count})" for _, parity, low, high, count in ranges]
@@ -150,16 +148,14 @@ def _enclosures(moment: "Moment") -> list[tuple[str, str]]:
     from orbitdb.entropy.bounds import BALLS
     from orbitdb.store.fills import bounds_by_a
     from orbitdb.store.lookup import a_values
-    from orbitdb.text import exact
 
     curve, filled = bounds_by_a(moment), a_values(moment, ["fill"])
-    told = [each for each in curve if len(curve) <= _FEW or each.a in filled]
-    lines = [  # shorter than `basis`, which has 80 characters with all digits of a
-        f"a = {exact(each.a)}: {each.between}, {each.window} edges{', balls' * (each.proof == BALLS)}"
-        for each in told
+    listed = [bounds for bounds in curve if len(curve) <= _FEW or bounds.a in filled]
+    lines = [
+        f"a = {exact(bounds.a)}: {bounds.between}, {bounds.window} edges{', balls' * (bounds.proof == BALLS)}"
+        for bounds in listed
     ]
-    others = [each.a for each in curve if each not in told]
-    if others:
+    if others := [bounds.a for bounds in curve if bounds not in listed]:
         lines.append(
             f"enclosed at {len(others)} other values of a from {exact(others[0])} to {exact(others[-1])}"
         )

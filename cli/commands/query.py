@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from json import dumps
 from pathlib import Path
-from textwrap import wrap
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Choice, given_codes, many_a, primitive
-from orbitdb.cli.output import Format, Output, code_text, note, write_facts
+from orbitdb.cli.output import Format, Output, beside, code_text, note, write_facts
 from orbitdb.cli.reading import (
     asked_columns,
     described,
@@ -208,8 +207,6 @@ def _value(orbit: "Orbit", key: str, output: Output | None = None) -> Any:
 
 
 COLUMN_KEYS = ("column", "of", "type", "unit", "bound", "empty", "means")
-_LEAST_WIDTH = 24
-_GAP = "  "
 
 
 def columns(*, output: Output) -> None:
@@ -234,14 +231,12 @@ def _write_table(rows: list[tuple[str, ...]]) -> None:
     """Write one line per column, with its meaning wrapped; the columns of the catalogue come first."""
     lines = [("column", "unit", "bounded by", "means"), *rows]
     widths = [max(len(line[k]) for line in lines) for k in range(3)]
-    start = sum(widths) + 3 * len(_GAP)
-    room = max(shutil.get_terminal_size().columns - start, _LEAST_WIDTH)
+    columns = shutil.get_terminal_size().columns
     for place, (*cells, means) in enumerate(lines):
         if place == 1 + len(IN_CATALOGUE):
             sys.stdout.write("\n")
-        first, *rest = wrap(means, room)
-        head = _GAP.join(text.ljust(width) for text, width in zip(cells, widths, strict=True))
-        sys.stdout.write("\n".join([f"{head}{_GAP}{first}", *(" " * start + more for more in rest)]) + "\n")
+        start = "".join(f"{text.ljust(width)}  " for text, width in zip(cells, widths, strict=True))
+        sys.stdout.writelines(beside(start, means, columns))
 
 
 def sql(

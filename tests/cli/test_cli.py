@@ -152,13 +152,12 @@ def test_every_example_in_the_help_has_only_options_of_its_command(cli, command)
             assert asked.make_context(name, arguments).params
 
 
-def test_panels_list_every_command_except_the_alias_of_browse(cli):
+def test_panels_list_every_command(cli):
     _, about, _, *panels = cli("--help").out.split("\n\n")
     assert " ".join(about.split()) == f"{metadata('orbitdb')['Summary']}."
     titles = [panel.partition("\n")[0] for panel in panels]
     assert titles == ["Make data:", "Ask:", "Average:", "Files and figures:", "Maintenance:"]
     assert [name for panel in panels for name in re.findall(r"\n  (\w+)  ", panel)] == commands()
-    assert cli("tui", "--help").code == 0
 
 
 @pytest.mark.parametrize("command", ["query", "entropy", "lyapunov", "export", "plot", "verify", "browse"])
