@@ -8,7 +8,7 @@ from functools import wraps
 from inspect import Parameter, Signature, signature
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 import typer
 
@@ -281,6 +281,13 @@ Words = Annotated[
 Codes = Annotated[list[str] | None, typer.Option("--code", help="Same as WORD; repeatable.")]
 """`given_codes` reads these together with `Words`."""
 
+Limit = Annotated[
+    int | None,
+    count_option(least=0, help="Maximum number of rows [default: 40 in a table, otherwise all]."),
+]
+ON_SCREEN = 40
+"""Default limit for a table."""
+
 Periods = Annotated[
     str | None, typer.Option("--p", metavar="PERIODS", help="Periods, such as 11, 2-8 or 2,3,5-7.")
 ]
@@ -331,11 +338,10 @@ class Choice:
         ),
     ] = None
     reversal: Annotated[
-        str | None,
+        Literal["self", "pair"] | None,
         typer.Option(
             "--reversal",
             "--time-reversal",
-            metavar="self|pair",
             help="Orbits that retrace their path (self) or do not (pair).",
         ),
     ] = None

@@ -4,15 +4,15 @@ import math
 import os
 import re
 import shutil
-import stat
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR
 from enum import StrEnum
+from pathlib import Path
 from textwrap import wrap
-from typing import Annotated, Any, TextIO
+from typing import Annotated, Any
 
 import typer
 
@@ -70,22 +70,12 @@ def progress(
 ) -> AbstractContextManager[Tell]:
     """Show the progress of long work on a terminal, and nothing elsewhere (`orbitdb.progress.shown`).
 
-    No line is shown while rows go to stdout (`to_stdout`), if stdout is a terminal or a pipe.
+    No line is shown while rows go to stdout (`to_stdout`), unless stdout is a file.
     """
     watched = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"  # it must erase lines
-    if not watched or (to_stdout and _seen(sys.stdout)):
+    if not watched or (to_stdout and not Path("/dev/stdout").is_file()):
         return nullcontext(nobody)
     return shown(text, expected)
-
-
-def _seen(stream: TextIO) -> bool:
-    """Tell whether output to a stream may be visible at once, because it is a terminal or a pipe."""
-    if stream.isatty():
-        return True
-    try:
-        return stat.S_ISFIFO(os.fstat(stream.fileno()).st_mode)
-    except (OSError, ValueError):  # not a file
-        return False
 
 
 def number(name: str, value: Any) -> str:

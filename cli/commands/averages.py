@@ -1,7 +1,7 @@
 """``orbitdb table``, ``entropy``, ``lyapunov`` and ``simulate``: averages by period or over trajectories."""
 
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -79,7 +79,8 @@ def lyapunov(
     a: options.StoredHalfLengths = None,
     choice: Choice,
     weight: Annotated[
-        str, typer.Option(help="exp for e^-lambda, as in the paper, or det for 1/|det(1 - M)|.")
+        Literal["exp", "det"],
+        typer.Option(help="exp for e^-lambda, as in the paper, or det for 1/|det(1 - M)|."),
     ] = "exp",
     cut: Annotated[
         float | None,

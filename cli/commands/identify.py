@@ -30,8 +30,6 @@ SHADOW_COLUMNS = ("code", "p", "first", "last", "turns", "distance", "length", "
 
 LENGTH_COLUMNS = ("code", "p", "class_size", "repetitions", "length", "total", "difference")
 LENGTH_KEYS = (*LENGTH_COLUMNS, "lyapunov", "length_error", "a")
-_ON_SCREEN = 40
-
 _MOST_CHARACTERS = 1_000_000
 """Maximum number of characters to read; no trajectory needs that many."""
 
@@ -51,7 +49,7 @@ def identify(
     points: Annotated[
         Path | None,
         typer.Option(
-            metavar="PATH",
+            metavar="FILE",
             parser=options.read_path,
             help="File of bounces, csv or json, one x,y per line; - reads stdin.",
         ),
@@ -74,7 +72,7 @@ def identify(
         count_option(
             least=0,
             help="Maximum number of rows to show [default: 10; "
-            f"with --length, {_ON_SCREEN} in a table, otherwise all].",
+            f"with --length, {options.ON_SCREEN} in a table, otherwise all].",
         ),
     ] = None,
     a: options.StoredHalfLength = None,
@@ -221,7 +219,7 @@ def _show_length(
     from orbitdb.store.fills import read_fills
 
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
-    most = _ON_SCREEN if limit is None and output.table else limit
+    most = options.ON_SCREEN if limit is None and output.table else limit
     with reading(db, a, Choice()) as (moment, (chosen,)):
         note_gaps(moment, replace(chosen, statuses=(Status.ORBIT,)))
         orbits = identify_length(moment, chosen.a, length, tolerance)

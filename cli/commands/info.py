@@ -65,7 +65,10 @@ def delete(
     a: Annotated[
         float,
         options.number_option(
-            "--a", read=options.half_length, help="Half length.", offers=options.offered_half_lengths
+            "--a",
+            read=options.half_length,
+            help="Half length of the straight walls.",
+            offers=options.offered_half_lengths,
         ),
     ],
     p: options.Periods = None,

@@ -60,17 +60,7 @@ def plot(
         ),
     ],
     code: options.Codes = None,
-    a: Annotated[
-        list[options.HalfLengths] | None,
-        typer.Option(
-            "--a",
-            metavar="NUMBER",
-            parser=options.read_all_half_lengths,
-            help="Half length of the straight walls [default: the only one stored, else 1.6]; lyapunov and "
-            "lengths take several; they and --over-a also take a grid FROM:TO:COUNT.",
-            autocompletion=options.offered_several_half_lengths,
-        ),
-    ] = None,
+    a: options.StoredHalfLengths = None,
     choice: Choice,
     order: options.Order = "p",
     over_a: Annotated[
@@ -97,7 +87,8 @@ def plot(
     """Draw an orbit, or a figure of a chosen subset, and save it to a file.
 
     orbit, reverse and life draw the orbit of one WORD, and sheet can draw several. wave and husimi draw one
-    quantum level. The other figures show a subset of the orbits or levels.
+    quantum level. The other figures show a subset of the orbits or levels; lyapunov and lengths can compare
+    several a.
     """
     from orbitdb.answers.export import FIGURES, STDOUT, check_target, complete, form_of
 

@@ -58,8 +58,6 @@ OF_LIVES = {"exists", "born", "dies"}
 TABLE_COLUMNS = ("code", "p", "status", "length", "lambda_d", "lambda_c", "time_reversal")
 """Columns of a table; they fit into 80 characters for periods up to 18."""
 
-_ON_SCREEN = 40
-
 
 def query(
     *,
@@ -70,12 +68,7 @@ def query(
     choice: Choice,
     classes: options.Classes = False,
     order: options.Order = "p",
-    limit: Annotated[
-        int | None,
-        options.count_option(
-            least=0, help=f"Maximum number of rows to show [default: {_ON_SCREEN} in a table, otherwise all]."
-        ),
-    ] = None,
+    limit: options.Limit = None,
     offset: Annotated[int, options.count_option(least=0, help="Number of rows to skip.")] = 0,
     columns: options.Columns = None,
     bounces: Annotated[
@@ -103,7 +96,7 @@ def query(
     from orbitdb.store.query import choose
 
     names = asked_columns(columns, TABLE_COLUMNS if output.for_people else WRITTEN, a)
-    shown = _ON_SCREEN if output.table and limit is None else limit
+    shown = options.ON_SCREEN if output.table and limit is None else limit
     with reading(db, a, choice) as (moment, stadiums):
         note_gaps(moment, *stadiums, names=names, order=order)
         most = None if shown is None else shown + offset

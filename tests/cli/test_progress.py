@@ -1,6 +1,7 @@
 """The progress line of a command: its text, rate and remaining time."""
 
 import io
+import os
 import re
 import sys
 import threading
@@ -152,15 +153,22 @@ def test_the_line_makes_room_for_notes_and_is_erased_at_the_end(screen, encoding
     assert terminal.shown() == f"{text}alone\n"
 
 
-def test_the_line_is_only_drawn_on_a_terminal_and_never_among_rows(screen, monkeypatch):
+def test_the_line_is_only_drawn_on_a_terminal_and_never_among_rows(screen, monkeypatch, tmp_path):
     def shows(**asked: bool) -> bool:
         with progress("rows", **asked):
             return line._on_screen is not None
 
-    terminal = screen()
-    assert (shows(), shows(to_stdout=True)) == (True, True)
-    monkeypatch.setattr(sys, "stdout", terminal)
-    assert (shows(), shows(to_stdout=True)) == (True, False)
+    screen()
+    kept, file = os.dup(1), os.open(tmp_path / "rows", os.O_CREAT)
+    for stdout, among_rows in (
+        (os.pipe()[1], False),
+        (os.open(os.devnull, os.O_WRONLY), False),
+        (file, True),
+    ):
+        os.dup2(stdout, 1)
+        shown = (shows(), shows(to_stdout=True))
+        os.dup2(kept, 1)
+        assert shown == (True, among_rows)
     monkeypatch.setenv("TERM", "dumb")
     assert not shows()
     monkeypatch.setattr(sys, "stderr", io.StringIO())
