@@ -29,6 +29,7 @@ from orbitdb.store.selection import (
 
 if TYPE_CHECKING:
     import numpy as np
+    import sqlalchemy
 
     from orbitdb.answers.results import Births
     from orbitdb.entropy.bounds import EntropyBounds
@@ -86,6 +87,15 @@ class StoredCatalogue:
 
     def close(self) -> None:
         """Do nothing: the file is open only while a question is answered."""
+
+    def engine(self) -> "sqlalchemy.Engine":
+        """Return an SQLAlchemy engine for SQL of your own, such as ``pandas.read_sql(query, c.engine())``.
+
+        Its connections read the tables and views of `orbitdb sql`, and know ``code()``; they cannot write.
+        """
+        import sqlalchemy as sa
+
+        return sa.create_engine("sqlite://", creator=self._file.connect, poolclass=sa.NullPool)
 
     def __reduce__(self) -> tuple[type[Self], tuple[Path, float | None]]:
         """Pickle only the path and ``a``; the copy opens the file itself."""

@@ -145,16 +145,20 @@ class Reader:
         self.path = absolute_path(path)
         self._place = place(self.path)
 
-    @contextmanager
-    def moment(self) -> Iterator[Moment]:
-        """Yield a read transaction; changes made meanwhile appear in the next one."""
+    def connect(self) -> Moment:
+        """Return a connection to the file that is now at the path."""
         if place(self.path) != self._place:  # another file has taken its place
             need_newest(self.path)
             self._place = place(self.path)
+        return open_to_read(self.path)
+
+    @contextmanager
+    def moment(self) -> Iterator[Moment]:
+        """Yield a read transaction; changes made meanwhile appear in the next one."""
         with (
             unchanged(self.path),
             plain_errors(self.path),
-            closing(open_to_read(self.path)) as moment,
+            closing(self.connect()) as moment,
             transaction(moment),
         ):
             journal = places_beside(self.path)

@@ -11,7 +11,9 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
+import pandas as pd
 import pytest
+import sqlalchemy as sa
 from processes import run
 from same import same
 from there import there
@@ -50,6 +52,18 @@ def test_classes_are_orbits_by_default(varied):
     assert boundary.words.sum() == catalogue.count(chosen_by(a=1.0, p=6, status="boundary")) > 0
     with pytest.raises(SelectionError, match="leave out status dynamical"):
         catalogue.classes(status="dynamical")
+
+
+def test_an_engine_of_sqlalchemy_reads_what_the_catalogue_counts_and_cannot_write(catalogue):
+    engine = catalogue.engine()
+    shortest = pd.read_sql("SELECT p, count(*) AS words FROM catalogue WHERE a = 1 GROUP BY p", engine)
+    assert [catalogue.count(a=1.0, p=p) for p in shortest["p"]] == shortest["words"].tolist() != []
+    words = sa.Table("catalogue", sa.MetaData(), autoload_with=engine)
+    query = sa.select(words.c.length).where(words.c.code == sa.func.code("310"), words.c.a == 1.0)
+    with engine.connect() as connection:
+        assert connection.scalar(query) == catalogue.find("310", a=1.0).length
+        with pytest.raises(sa.exc.OperationalError, match="readonly"):
+            connection.execute(sa.text("DELETE FROM orbit"))
 
 
 def test_coordinates_that_were_not_read_are_none(catalogue):
