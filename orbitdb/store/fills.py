@@ -12,7 +12,7 @@ from orbitdb.errors import InputError
 from orbitdb.extras import Record
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import Connection
-from orbitdb.store.schema import DONE, SWEPT
+from orbitdb.store.schema import AT_A, DONE, SWEPT
 from orbitdb.store.selection import written_periods
 from orbitdb.symbols.pruning import RULE_NUMBERS, count_admissible, count_primitive
 from orbitdb.symbols.words import key, keys_of_period
@@ -74,12 +74,9 @@ class Fill(Record):
         return self.state == DONE
 
 
-_AT_A = "stadium = (SELECT id FROM stadium WHERE a = ?)"
-
-
 def read_fills(connection: Connection, a: float) -> list[Fill]:
     """Return the fills at a given a, in order of period."""
-    return [_as_fill(row) for row in connection.records(f"SELECT * FROM fill WHERE {_AT_A} ORDER BY p", (a,))]
+    return [_as_fill(row) for row in connection.records(f"SELECT * FROM fill WHERE {AT_A} ORDER BY p", (a,))]
 
 
 def _as_fill(row: Mapping[str, Any]) -> Fill:
@@ -180,7 +177,7 @@ class Sweep(Record):
 
 def read_sweeps(connection: Connection, a: float) -> list[Sweep]:
     """Return the sweeps at a given a, in order of period."""
-    rows = connection.records(f"SELECT * FROM sweep WHERE {_AT_A} ORDER BY p", (a,))
+    rows = connection.records(f"SELECT * FROM sweep WHERE {AT_A} ORDER BY p", (a,))
     return [_as_sweep(row) for row in rows]
 
 
@@ -238,7 +235,7 @@ def best_reference(connection: Connection, a: float) -> "Reference | None":
     from orbitdb.trajectories.ensemble import Reference
 
     names = ", ".join(field.name for field in fields(Reference))
-    query = f"SELECT {names} FROM trajectory WHERE {_AT_A} ORDER BY lambda_d_error LIMIT 1"
+    query = f"SELECT {names} FROM trajectory WHERE {AT_A} ORDER BY lambda_d_error LIMIT 1"
     row = next(connection.records(query, (a,)), None)
     return None if row is None else Reference(**{**row, "seed": int(row["seed"])})
 
@@ -284,15 +281,15 @@ def contents(connection: Connection, a: float, spans: Sequence[tuple[int, int]] 
     chosen = of_spans(spans)
 
     def periods(table: str) -> tuple[int, ...]:
-        query = f"SELECT DISTINCT p FROM {table} WHERE {_AT_A} AND {chosen} ORDER BY p"
+        query = f"SELECT DISTINCT p FROM {table} WHERE {AT_A} AND {chosen} ORDER BY p"
         return tuple(p for (p,) in connection.execute(query, (a,)))
 
     def count(table: str, where: str) -> int:
         return int(connection.scalar(f"SELECT count(*) FROM {table} WHERE {where}", (a,)))
 
     words = "SELECT sum(class_size) FROM orbit JOIN cycle ON cycle.id = orbit.cycle"
-    stored = connection.scalar(f"{words} WHERE {_AT_A} AND {chosen}", (a,)) or 0
-    rest = (("level", "a = ?"), ("entropy_bound", "a = ?"), ("trajectory", _AT_A))
+    stored = connection.scalar(f"{words} WHERE {AT_A} AND {chosen}", (a,)) or 0
+    rest = (("level", "a = ?"), ("entropy_bound", "a = ?"), ("trajectory", AT_A))
     counts = () if spans else (count(*condition) for condition in rest)
     return Contents(stored, periods("fill"), periods("sweep"), *counts)
 

@@ -12,20 +12,14 @@ from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.status import NUMBERS, Status
 from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
-from orbitdb.store.schema import LONG
+from orbitdb.store.schema import AT_A, id_of_class
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import MAX_KEYED, key, keys_of_period
 from orbitdb.text import exact
 
 Lives = tuple[tuple[float, float | None], ...]
 
-_KNOWN = ("time_reversal", "symmetry", "class_size", "status", "coordinates", "solver", *NUMBERS)
-
-_FIND = """\
-SELECT {columns} FROM cycle
-JOIN {table} AS own ON own.cycle = cycle.id
-JOIN stadium ON stadium.id = own.stadium
-WHERE cycle.id BETWEEN ? AND ? AND cycle.p = ? AND cycle.word = ? AND stadium.a = ?"""
+_STORED = ", ".join(("time_reversal", "symmetry", "class_size", "status", "coordinates", "solver", *NUMBERS))
 
 _PARTNERS = """\
 SELECT own.a, cycle.word FROM change AS own
@@ -42,11 +36,11 @@ def find_word(connection: Connection, word: str, a: float) -> Orbit | None:
         present = connection.execute(query, (pruned.p, pruned.representative)).fetchone()
         return None if present is None else replace(pruned, stored=True)
     family = symmetry.class_of(word)
-    query = _FIND.format(columns=", ".join(_KNOWN), table="orbit")
-    stored = connection.execute(query, (*_ids_of(family.representative), a)).fetchone()
-    if stored is None:
+    query = f"SELECT {_STORED} FROM orbit JOIN cycle ON cycle.id = orbit.cycle WHERE cycle = ? AND {AT_A}"
+    values = id_of_class(connection, family.representative), a
+    row = next(connection.records(query, values), None)
+    if row is None:
         return None
-    row = dict(zip(_KNOWN, stored, strict=True))
     coordinates = None
     if row["area"] is not None:
         row["area"] = float(symmetry.act_on_areas(family.element, row["area"]))
@@ -54,27 +48,9 @@ def find_word(connection: Connection, word: str, a: float) -> Orbit | None:
         places = np.frombuffer(row["coordinates"], dtype="<f8")[None, :]
         least = [family.representative]
         coordinates = symmetry.image_coordinates([word], least, family.element, places)[0]
-    return Orbit(
-        code=word,
-        representative=family.representative,
-        a=a,
-        status=Status(row["status"]),
-        time_reversal=row["time_reversal"],
-        symmetry=row["symmetry"],
-        class_size=row["class_size"],
-        coordinates=coordinates,
-        solver=row["solver"],
-        stored=True,
-        exists=lives_of(connection, family.representative),
-        **{name: row[name] for name in NUMBERS},
-    )
-
-
-def _ids_of(representative: str) -> tuple[int, int, int, str]:
-    """Return the parameters of `_FIND`: least and greatest possible id of the class, its period and word."""
-    p = len(representative)
-    ids = (key(representative),) * 2 if p <= MAX_KEYED else (LONG, 2**63 - 1)
-    return *ids, p, representative
+    exists = lives_of(connection, family.representative)
+    own = {"status": Status(row["status"]), "coordinates": coordinates, "stored": True, "exists": exists}
+    return Orbit(**{"code": word, "representative": family.representative, "a": a, **row, **own})
 
 
 def lives_of(connection: Connection, representative: str) -> Lives | None:
@@ -87,11 +63,10 @@ def lives_of(connection: Connection, representative: str) -> Lives | None:
 
 def certificate_of(connection: Connection, representative: str, a: float) -> tuple[float, int] | None:
     """Return the radius and the number of bits of a class's certificate, or None if it has none."""
-    query = _FIND.format(columns="own.radius, own.bits", table="certificate")
-    certificate: tuple[float, int] | None = connection.execute(
-        query, (*_ids_of(representative), a)
-    ).fetchone()
-    return certificate
+    query = f"SELECT radius, bits FROM certificate WHERE cycle = ? AND {AT_A}"
+    values = id_of_class(connection, representative), a
+    proof: tuple[float, int] | None = connection.execute(query, values).fetchone()
+    return proof
 
 
 def partners(connection: Connection, representative: str) -> list[tuple[float, list[str]]]:

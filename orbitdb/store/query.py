@@ -17,19 +17,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import Connection
 from orbitdb.store.fills import of_spans
 from orbitdb.store.lives import NEAR
-from orbitdb.store.rows import OF_ONE_WORD, Chosen, as_array, orders_of, sorted_words, stabilisers_of
+from orbitdb.store.rows import OF_ONE_WORD, Chosen, as_array, sorted_words, stabilisers_of
 from orbitdb.store.schema import BORN, DIED, LONG, OF_CLASS, PRUNED_ROWS, SHARED, id_of_class
 from orbitdb.store.selection import Selection, SelectionError, unknown_column
 from orbitdb.store.where import Patience, never, of_classes, watched
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.symmetry import ODD, class_of, members, places_of_elements
-from orbitdb.symbols.words import MAX_KEYED
 
 COLUMNS = tuple(column.name for column in IN_CATALOGUE)
 """The columns of the view ``catalogue``."""
@@ -207,30 +205,12 @@ def position_of(connection: Connection, chosen: Chosen, word: str) -> int | None
     return chosen.position(id_of_class(connection, representative), place)
 
 
-def periods_of(connection: Connection, ids: Integers) -> Integers:
-    """Return the periods of classes and pruned words, shape (C,)."""
-    periods = orders_of(ids)
-    if (long := np.flatnonzero(periods > MAX_KEYED)).size:
-        both = (
-            f"SELECT id, p FROM cycle WHERE id >= {LONG} UNION SELECT id, p FROM pruned WHERE id <= -{LONG}"
-        )
-        of_long = dict(connection.execute(both))
-        periods[long] = [of_long[number] for number in ids[long].tolist()]
-    return periods
-
-
-def first_of_period(connection: Connection, chosen: Chosen, p: int) -> int | None:
-    """Return the number of the first row with a given period, or None."""
-    of_period = periods_of(connection, chosen.ids) == p
-    return chosen.first(np.where(of_period, 0xFF, 0).astype(np.uint8))
-
-
-def first_beginning(
-    connection: Connection, chosen: Chosen, code: str, cancelled: Callable[[], bool] = never
+def first_where(
+    connection: Connection, chosen: Chosen, condition: str, cancelled: Callable[[], bool] = never
 ) -> int | None:
-    """Return the number of the first row whose code begins with the given symbols, or None."""
-    where, begins = chosen.selection.where, f"code GLOB '{code}*'"
-    both = f"(\n{where}\n) AND {begins}" if where else begins
+    """Return the number of the first row that meets a further condition, in SQL, or None."""
+    where = chosen.selection.where
+    both = f"(\n{where}\n) AND {condition}" if where else condition
     part = choose(connection, replace(chosen.selection, where=both), cancelled=cancelled)
     masks, by_id = np.zeros_like(chosen.masks), np.argsort(chosen.ids)
     masks[by_id[np.searchsorted(chosen.ids, part.ids, sorter=by_id)]] = part.masks

@@ -120,6 +120,9 @@ PRUNED_ROWS = "(SELECT id, {} FROM pruned)".format(
 )
 """A query for the geometrically pruned words at the a named ``:_a``, with the columns of both views."""
 
+AT_A = "stadium = (SELECT id FROM stadium WHERE a = ?)"
+"""The condition for rows of one value of a, in tables that refer to `stadium`."""
+
 
 # ids
 
