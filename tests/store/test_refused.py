@@ -62,7 +62,7 @@ def test_keys_must_be_text(catalogue, key):
     ids=repr,
 )  # fmt: skip
 def test_words_that_cannot_be_solved_are_refused(words):
-    with pytest.raises(InputError, match="word|symbol '7'|give '13'"):
+    with pytest.raises(InputError, match=r"word|symbol '7'|give '13'"):
         solve(words, 1.6)
 
 
