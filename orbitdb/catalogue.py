@@ -5,7 +5,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Unpack
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, need_whole
+from orbitdb.errors import InputError, checked_methods, need_whole
+from orbitdb.extras import Rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
 from orbitdb.store.lookup import find_or_solve, find_word
@@ -33,6 +34,7 @@ _SHOWN = 4
 """Maximum number of further values of ``a`` in a repr."""
 
 
+@checked_methods
 class Catalogue(StoredCatalogue):
     """A database of the periodic orbits of stadium billiards.
 
@@ -369,7 +371,7 @@ class Catalogue(StoredCatalogue):
         tolerance: float | None = None,
         limit: int | None = None,
         a: float | None = None,
-    ) -> "tuple[Candidate, ...]":
+    ) -> "Rows[Candidate]":
         """Find the stored orbits with a given length, traversed once or more; the closest matches come first.
 
         Parameters
@@ -514,7 +516,7 @@ class Catalogue(StoredCatalogue):
         order: str = "above",
         progress: Tell | None = None,
         a: float | None = None,
-    ) -> "list[Scar]":
+    ) -> "Rows[Scar]":
         """Measure how strongly orbits scar the quantum levels with low <= k < high.
 
         Parameters
@@ -548,4 +550,4 @@ class Catalogue(StoredCatalogue):
             orbits = [find_or_solve(self.path, parse_primitive(word), at)]
             check_scarring(orbits[0])
         with telling(progress, "waves") as tell:
-            return scars_of(orbits, low, high, named, order, tell)
+            return Rows(scars_of(orbits, low, high, named, order, tell))

@@ -1,7 +1,14 @@
 """Errors that users see; each message is one line that says what to do."""
 
 import errno
-from numbers import Integral
+import os
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache, wraps
+from inspect import signature
+from numbers import Integral, Real
+from pathlib import Path
+from types import FunctionType, NoneType, UnionType
+from typing import Any, TypeVar, get_args, get_origin
 
 DISK_TROUBLE = {getattr(errno, name, errno.EIO) for name in ("ENOSPC", "EDQUOT", "EFBIG", "EIO")}
 """Error numbers that mean a full or failing disk."""
@@ -44,3 +51,63 @@ class WorkError(Exception):
 
 class ExportError(InputError):
     """The file cannot be written; the message says why and what to do."""
+
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+_Class = TypeVar("_Class", bound=type)
+
+_KINDS: dict[Any, tuple[type, str]] = {
+    float: (Real, "a number"),
+    int: (Integral, "a whole number"),
+    str: (str, "a string"),
+    Path: (os.PathLike, "a path"),
+    Callable: (Callable, "a function"),  # type: ignore[dict-item]
+    Sequence: (Iterable, "a list"),  # an array is a list, too
+    Iterable: (Iterable, "a list"),
+    NoneType: (NoneType, ""),
+}
+"""For each annotation that is checked, what a value must be, and its name in messages."""
+
+
+def checked(function: _Function) -> _Function:
+    """Decorate a function so that arguments of the wrong type raise `InputError`.
+
+    Defaults are accepted, and parameters with other annotations than those in `_KINDS` are not checked.
+    """
+
+    @wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        kinds = _kinds_of(call)
+        for name, value in [*zip(kinds, args, strict=False), *kwargs.items()]:
+            default, types, meant = kinds.get(name, (None, (), ""))
+            right = isinstance(value, types) and not isinstance(value, bool)
+            if types and not right and value is not default:
+                raise InputError(f"{name} = {value!r:.40}: give {meant}")
+        return function(*args, **kwargs)
+
+    return call  # type: ignore[return-value]
+
+
+def checked_methods(owner: _Class) -> _Class:
+    """Decorate a class so that its public methods check their arguments (`checked`)."""
+    for name, method in list(vars(owner).items()):
+        public = not name.startswith("_") or name in ("__init__", "__getitem__")
+        if public and isinstance(method, FunctionType):
+            setattr(owner, name, checked(method))
+    return owner
+
+
+@cache
+def _kinds_of(function: Callable[..., Any]) -> dict[str, tuple[Any, tuple[type, ...], str]]:
+    """Return the default, the types and their names for each parameter; types are empty if unchecked."""
+    kinds = {}
+    for name, parameter in signature(function).parameters.items():
+        union = isinstance(parameter.annotation, UnionType)
+        parts = get_args(parameter.annotation) if union else (parameter.annotation,)
+        members = [get_origin(part) or part for part in parts]
+        known = [_KINDS[member] for member in members if member in _KINDS]
+        types = tuple(kind for kind, _ in known) if len(known) == len(members) else ()
+        if name == "a":
+            types = ()  # `Stadium` says more about it
+        kinds[name] = parameter.default, types, " or ".join(text for _, text in known if text)
+    return kinds

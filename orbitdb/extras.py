@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from importlib import import_module
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     import pandas
@@ -77,6 +77,17 @@ class Record:
 
 
 _IN_JSON = {"n_t": "N_t", "n_c": "N_c", "word": "representative"}
+
+
+_Row = TypeVar("_Row")
+
+
+class Rows(list[_Row]):
+    """A list of records or named tuples, which are the rows of a data frame."""
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return a data frame with one row per entry (extra ``pandas``)."""
+        return data_frame([one.row() if isinstance(one, Record) else one._asdict() for one in self])  # type: ignore[attr-defined]
 
 
 class Drawn:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from orbitdb.answers.completeness import describe_fills
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, StoreError, need_whole
+from orbitdb.errors import InputError, StoreError, checked_methods, need_whole
+from orbitdb.extras import Rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
 from orbitdb.store.connection import Moment
@@ -45,6 +46,7 @@ _SHOWN = 4
 """Maximum number of further values of ``a`` in a repr."""
 
 
+@checked_methods
 class StoredCatalogue:
     """A file of periodic orbits: opened, filled, checked, and listed (`orbitdb.Catalogue`)."""
 
@@ -133,7 +135,7 @@ class StoredCatalogue:
         workers: "Workers | None" = None,
         progress: Tell | None = None,
         a: float | None = None,
-    ) -> "list[Fill]":
+    ) -> "Rows[Fill]":
         """Store all words of the given periods, or the given words, with their orbits.
 
         A fill that was interrupted resumes where it stopped; finished periods are skipped.
@@ -188,7 +190,7 @@ class StoredCatalogue:
                 fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
         for word in single:
             self.fill_word(word, method=method, a=at)
-        return [fill for fill in self.fills(a=at) if fill.p in wanted]
+        return Rows(fill for fill in self.fills(a=at) if fill.p in wanted)
 
     def fill_word(self, word: str, *, method: str = "newton", a: float | None = None) -> Orbit:
         """Store a primitive word of any period with its symmetry class, and return its orbit.
@@ -205,7 +207,7 @@ class StoredCatalogue:
         *,
         jobs: int | None = 1,
         progress: Tell | None = None,
-    ) -> "list[BirthFill]":
+    ) -> "Rows[BirthFill]":
         """Find and store the values of ``a`` at which each word begins or ceases to be an orbit.
 
         The parameters are those of `fill`.
@@ -215,7 +217,7 @@ class StoredCatalogue:
         wanted = chosen_periods(periods)
         with telling(progress, "births") as tell:
             find_births(self.path, wanted, jobs, tell)
-        return [each for each in self.birth_fills() if each.p in wanted]
+        return Rows(fill for fill in self.birth_fills() if fill.p in wanted)
 
     def sweep(
         self,
@@ -225,7 +227,7 @@ class StoredCatalogue:
         workers: "Workers | None" = None,
         progress: Tell | None = None,
         a: float | None = None,
-    ) -> "list[Sweep]":
+    ) -> "Rows[Sweep]":
         """Count the orbits of the given periods and compute the sums for averages, without storing rows.
 
         `table`, `entropy` and `lyapunov` use sweeps for periods that are not filled. The parameters are those
@@ -236,7 +238,7 @@ class StoredCatalogue:
         at, wanted = self._at(a), chosen_periods(periods)
         with telling(progress, "sweep") as tell:
             sweep(self.path, at, wanted, jobs, workers, tell)
-        return [each for each in self.sweeps(a=at) if each.p in wanted]
+        return Rows(sweep for sweep in self.sweeps(a=at) if sweep.p in wanted)
 
     def simulate(
         self,
@@ -267,7 +269,7 @@ class StoredCatalogue:
         records.check_writable(self.path)
         with telling(progress, "trajectories") as tell:
             found = records.simulate(at, bounces, _seed(seed), legwise, tell)
-        records.keep_simulated(self.path, at.a, found)
+        records.keep_simulated(self.path, found)
         return found
 
     def prove_bounds(
@@ -428,15 +430,15 @@ class StoredCatalogue:
         with self._file.moment() as moment:
             return a_values(moment, WITH_ORBITS if orbits else ())
 
-    def fills(self, *, a: float | None = None) -> "list[Fill]":
+    def fills(self, *, a: float | None = None) -> "Rows[Fill]":
         """Return the fills at a given ``a``, in order of period."""
         with self._file.moment() as moment:
-            return read_fills(moment, self._at(a))
+            return Rows(read_fills(moment, self._at(a)))
 
-    def birth_fills(self) -> "list[BirthFill]":
+    def birth_fills(self) -> "Rows[BirthFill]":
         """Return how far births and deaths are stored, period by period."""
         with self._file.moment() as moment:
-            return read_birth_fills(moment)
+            return Rows(read_birth_fills(moment))
 
     def births(self, p: int) -> "Births":
         """Return the ranges of ``a`` in which the classes of a period are orbits, in order of birth.
@@ -450,7 +452,6 @@ class StoredCatalogue:
         """
         from orbitdb.answers.results import Births
 
-        need_whole("p", p)
         fillable([(p, p)])
         with self._file.moment() as moment:
             return Births(read_lives(moment, p))
@@ -468,20 +469,20 @@ class StoredCatalogue:
         with self._file.moment() as moment:
             return tightest_bounds(moment, self._at(a), proof)
 
-    def entropy_curve(self, *, proof: str | None = None) -> "list[EntropyBounds]":
+    def entropy_curve(self, *, proof: str | None = None) -> "Rows[EntropyBounds]":
         """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
         with self._file.moment() as moment:
-            return bounds_by_a(moment, proof)
+            return Rows(bounds_by_a(moment, proof))
 
     def reference(self, *, a: float | None = None) -> "Reference | None":
         """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
         with self._file.moment() as moment:
             return best_reference(moment, self._at(a))
 
-    def sweeps(self, *, a: float | None = None) -> "list[Sweep]":
+    def sweeps(self, *, a: float | None = None) -> "Rows[Sweep]":
         """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
         with self._file.moment() as moment:
-            return read_sweeps(moment, self._at(a))
+            return Rows(read_sweeps(moment, self._at(a)))
 
     @contextmanager
     def _question(
@@ -496,7 +497,9 @@ class StoredCatalogue:
         if selection is not None and criteria:
             raise SelectionError("give a Selection or criteria, not both")
         if not isinstance(selection, Selection | None):
-            raise TypeError(f"choose a subset by criteria such as p=3 or a Selection, not {selection!r:.40}")
+            raise SelectionError(
+                f"choose a subset by criteria such as p=3 or a Selection, not {selection!r:.30}"
+            )
         if selection is not None:
             return selection
         named = criteria.copy()
@@ -509,4 +512,7 @@ class StoredCatalogue:
 
 
 def _seed(seed: "int | np.random.Generator") -> int:
-    return int(seed.integers(2**63)) if hasattr(seed, "integers") else seed
+    if hasattr(seed, "integers"):
+        return int(seed.integers(2**63))
+    need_whole("seed", seed, 0)
+    return int(seed)

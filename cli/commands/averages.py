@@ -157,10 +157,6 @@ def _rows_of(
     return names, rows
 
 
-SIMULATED = (
-    "a", "lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error", "mean_free_path", "mean_free_path_error",
-    "bounces", "seed",
-)  # fmt: skip
 _NEAR = 0.05
 
 
@@ -199,13 +195,12 @@ def simulate(
         means = follow(stadium, wanted, seed, legwise, shown)
     try:
         if store:
-            keep_simulated(db, a, means)
+            keep_simulated(db, means)
     finally:
         if output.table:
-            write_facts(_facts(a, means))
+            write_facts(_facts(means))
         else:
-            values = {"a": a, **means.row()}
-            output.write(SIMULATED, [[values[name] for name in SIMULATED]])
+            output.write([*means.row()], [[*means.row().values()]])
     off = (means.mean_free_path - stadium.mean_free_path) / means.mean_free_path_error
     note(
         f"the mean free path is {abs(off):.1f} standard errors {'above' if off > 0 else 'below'} "
@@ -215,10 +210,10 @@ def simulate(
         note(f"{means.bounces} bounces were followed, not {wanted}: errors need many complete trajectories")
 
 
-def _facts(a: float, means: "Reference") -> list[tuple[str, str]]:
+def _facts(means: "Reference") -> list[tuple[str, str]]:
     """Return the result as pairs of a name and a text."""
     return [
-        ("a", exact(a)),
+        ("a", exact(means.a)),
         ("lambda_d", with_error(means.lambda_d, means.lambda_d_error)),
         ("lambda_c", with_error(means.lambda_c, means.lambda_c_error)),
         ("mean free path", with_error(means.mean_free_path, means.mean_free_path_error)),

@@ -27,7 +27,7 @@ EXAMPLES = (
     "bounds --window 12 --prove",
     "bounds --a 0.3:10:40 --window 12",
 )
-COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided")
+COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided", "proof")
 _WHY = "the time, the window length or the memory was not enough"
 
 
@@ -94,7 +94,8 @@ def bounds(
                 levels.extend(steps)  # one by one, so that after Ctrl-C the earlier ones are still shown
     finally:
         last = list({level.a: level for level in levels}.values())
-        output.write(COLUMNS, map(attrgetter(*COLUMNS), levels if len(a) == 1 else last))
+        names = COLUMNS[:-1] if output.table else COLUMNS  # in a table, a note says how they are proved
+        output.write(names, map(attrgetter(*names), levels if len(a) == 1 else last))
         if proofs is not None:
             note(balls_of(proofs))
     if why_not:

@@ -145,7 +145,7 @@ def _others(moment: Moment, chosen: Sequence[Selection], filled: set[int]) -> It
         counts += _by_period(table(moment, every), _COUNTS, each)
         averages += _by_period(lyapunov(moment, every), _AVERAGES, each)
         if (ensemble := best_reference(moment, each.a)) is not None:
-            ensembles.append((each.a, *astuple(ensemble)))
+            ensembles.append(astuple(ensemble))
         if (proved := tightest_bounds(moment, each.a)) is not None:
             bounds.append(astuple(proved))
         levels += _levels(moment, each.a)

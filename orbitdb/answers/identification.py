@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError
-from orbitdb.extras import data_frame
+from orbitdb.errors import InputError, need_whole
+from orbitdb.extras import Record, Rows, data_frame
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status
@@ -120,7 +120,7 @@ class Trajectory:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Candidate(Record):
     """A symmetry class of stored orbits that matches a given length after r traversals.
 
     Attributes
@@ -183,7 +183,7 @@ def identify_trajectory(
 
 def identify_length(
     moment: Moment, a: float, length: float, tolerance: float | None, limit: int | None = None
-) -> tuple[Candidate, ...]:
+) -> Rows[Candidate]:
     """Find the stored orbits that have a given length after one or more traversals (`Catalogue.with_length`).
 
     The error bounds of stored lengths are added to the tolerance, so that no orbit is lost to rounding. The
@@ -201,7 +201,7 @@ def identify_length(
         "within": within + 4 * math.ulp(wanted),
         "limit": _ALL if limit is None else _count(limit),
     }
-    return tuple(starmap(Candidate, moment.execute(_OF_LENGTH, values)))
+    return Rows(starmap(Candidate, moment.execute(_OF_LENGTH, values)))
 
 
 _OF_LENGTH = """\
@@ -223,6 +223,5 @@ def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
 
 
 def _count(limit: int) -> int:
-    if limit < 0:
-        raise InputError(f"limit {limit}: give 0 or more")
+    need_whole("limit", limit, 0)
     return min(limit, _ALL)

@@ -9,7 +9,7 @@ import numpy as np
 
 from orbitdb.answers.completeness import highest_filled
 from orbitdb.answers.whole_periods import read_classes
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, as_floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits.exponents import OrbitClasses
@@ -119,7 +119,7 @@ def levels_from_orbits(
     stadium, named = Stadium(a), tuple(parities)
     classes, highest = classes_for_levels(moment, stadium.a)
     reliable = min(reliable_end(stadium, parity) for parity in named)
-    end = math.floor(reliable * 10) / 10 if k_max is None else k_max
+    end = math.floor(reliable * 10) / 10 if k_max is None else float(k_max)
     if not 0 < end <= _MOST_K:
         raise InputError(f"k up to {end:g}: give a k above 0 and up to {_MOST_K:g}")
     windows = {}
@@ -190,7 +190,7 @@ def read_spectrum(
     parity: Parity | str | None = None,
 ) -> Spectrum:
     """Return the length spectrum (`Catalogue.spectrum`)."""
-    ends = np.asarray(lengths, np.float64)
+    ends = as_floats(lengths, f"lengths {lengths!r:.40}: give a range such as (1, 12)")
     if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
         raise InputError(
             f"lengths {lengths!r:.40}, points {points}: give a range within 0..{_LONGEST}, and 2 to "

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
-from orbitdb.extras import data_frame, drawn
+from orbitdb.extras import Rows, data_frame, drawn
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.store.lives import Life
@@ -67,6 +67,8 @@ class Result:
 
     def __getitem__(self, name: str) -> list[Any]:
         """Return the values of a column."""
+        if name not in self.columns:
+            raise KeyError(f"no column {name!r}: the columns are {', '.join(self.columns)}")
         return list(self.columns[name])
 
     def rows(self, names: Sequence[str] | None = None) -> Iterator[tuple[Any, ...]]:
@@ -125,12 +127,8 @@ class Result:
         return drawn(f"curves.draw_{figure}", what, self.selection.describe(), ax)
 
 
-class Births(list[Life]):
+class Births(Rows[Life]):
     """The lives of the classes of one period, in order of birth: a list of `Life`."""
-
-    def to_pandas(self) -> "pandas.DataFrame":
-        """Return a pandas data frame (extra ``pandas``) with one row per life."""
-        return data_frame([life.row() for life in self])
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Plot the number of words that are orbits against ``a`` (extra ``plot``).

@@ -57,11 +57,11 @@ def check_writable(path: Path) -> None:
         writer.try_to_write()
 
 
-def keep_simulated(path: Path, a: float, averages: Reference) -> None:
+def keep_simulated(path: Path, averages: Reference) -> None:
     """Store averages over random trajectories."""
-    parameters = {"command": "simulate", "a": a, "bounces": averages.bounces, "seed": averages.seed}
+    parameters = {"command": "simulate", "a": averages.a, "bounces": averages.bounces, "seed": averages.seed}
     with closing(Writer(path, parameters)) as writer:
-        add_reference(writer, a, averages)
+        add_reference(writer, averages)
 
 
 def find_levels(

@@ -8,7 +8,7 @@ recognised, and dropped, after a single step of Newton's method.
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,14 @@ from orbitdb.arrays import Batch, Floats, Integers, Marks, Places
 from orbitdb.billiard.legs import Chain, Derivatives, centre_directions, cut, direction_limits, length
 from orbitdb.billiard.stability import exponent
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.extras import data_frame
 from orbitdb.orbits.newton import newton, newton_step, solve_in_balls
 from orbitdb.orbits.status import Status, decide
 from orbitdb.symbols.words import unpack
+from orbitdb.text import several
+
+if TYPE_CHECKING:
+    import pandas
 
 _BATCH = 1 << 13
 """Number of words solved at a time, which limits the memory; larger batches are no faster."""
@@ -112,7 +117,7 @@ class Tally:
         return cls(int(sizes.sum()), *counts.tolist())
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class OrbitClasses(Batch):
     """N symmetry classes of isolated orbits, with any periods and in any order.
 
@@ -156,6 +161,13 @@ class OrbitClasses(Batch):
 
     def __len__(self) -> int:
         return len(self.p)
+
+    def __repr__(self) -> str:
+        return f"<{several(len(self), 'class', 'classes')} of {several(int(self.words.sum()), 'orbit')}>"
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return a data frame with one row per class (extra ``pandas``)."""
+        return data_frame({name: values for name, values in vars(self).items() if values is not None})
 
     @property
     def maslov(self) -> Integers:

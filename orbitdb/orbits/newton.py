@@ -5,7 +5,7 @@ tridiagonal. Newton's method therefore finds the only maximum of every word, whe
 the stadium. Words that have converged are removed from the batch.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
@@ -97,7 +97,9 @@ def solve(
         return solve_admissible(words, as_stadium(stadium), TOLERANCE if tolerance is None else tolerance)
     if tolerance is not None:
         raise InputError("tolerance is for words given as an array: leave it out")
-    return [solve_word(word, stadium) for word in ([words] if isinstance(words, str) else words)]
+    if isinstance(words, str) or not isinstance(words, Iterable):
+        words = [words]
+    return [solve_word(word, stadium) for word in words]
 
 
 def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orbit:

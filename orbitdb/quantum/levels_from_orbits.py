@@ -179,8 +179,10 @@ def levels_of(orbits: Staircase, k_max: float) -> tuple[Floats, Floats]:
     k = np.sort(np.median(found, axis=0))
     spacing = 1 / np.maximum(np.interp(k, orbits.k, orbits.density), _LEAST_DENSITY)
     spread = np.ptp(found, axis=0) / spacing
-    window = np.ones(_NEIGHBOURS)
-    near = np.convolve(spread, window, "same") / np.convolve(np.ones(len(spread)), window, "same")
+    if not len(k):
+        return k, k
+    window, middle = np.ones(_NEIGHBOURS), slice(_NEIGHBOURS // 2, _NEIGHBOURS // 2 + len(k))
+    near = np.convolve(spread, window)[middle] / np.convolve(np.ones(len(k)), window)[middle]
     error = (np.hypot(2 * spread, 2.5 * near) + _AT_LEAST) * spacing
     below = k < k_max
     return k[below], error[below]

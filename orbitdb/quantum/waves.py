@@ -26,14 +26,14 @@ from scipy.spatial import cKDTree
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium, as_stadium
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, checked
 from orbitdb.extras import drawn
 from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.condensation import eigenfunctions, one_thread
 from orbitdb.quantum.elements import nodes
 from orbitdb.quantum.levels import LevelTask, windows
-from orbitdb.quantum.weyl import Parity, one_parity, parities_of
+from orbitdb.quantum.weyl import Parity, one_parity
 from orbitdb.text import exact
 
 if TYPE_CHECKING:
@@ -162,6 +162,7 @@ class Wave:
         return drawn("curves.draw_wave", (self, orbit), title, ax)
 
 
+@checked
 def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | str) -> Iterator[Wave]:
     """Yield the waves of all levels of one parity with low <= k < high, in ascending order of k.
 
@@ -179,7 +180,9 @@ def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | st
     InputError
         If the half length or the range is outside the tested limits (`orbitdb.quantum.levels.windows`).
     """
-    at, (of,) = as_stadium(stadium), parities_of(one_parity(parity))
+    at, of = as_stadium(stadium), one_parity(parity)
+    if of is None:
+        raise InputError("waves have one parity: name it, such as 'ee'")
     for task in windows(at, of, low, high):
         cells, levels = _functions(task)
         for k, function in levels:

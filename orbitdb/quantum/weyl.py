@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, as_floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.text import exact, several
@@ -57,13 +57,14 @@ def parities_of(names: "Parity | str | Iterable[Parity | str] | None" = None) ->
     """
     if names is None:
         return list(Parity)
-    given = names.split(",") if isinstance(names, str) else list(names)
-    if not given:
-        raise InputError("no parity: use ee, eo, oe or oo")
     try:
-        return list(dict.fromkeys(Parity(name.strip()) for name in given))
-    except (ValueError, AttributeError):
+        given = names.split(",") if isinstance(names, str) else list(names)
+        parities = list(dict.fromkeys(Parity(name.strip()) for name in given))
+    except (ValueError, AttributeError, TypeError):
         raise InputError(f"parity {names!s:.40}: use ee, eo, oe or oo") from None
+    if not parities:
+        raise InputError("no parity: use ee, eo, oe or oo")
+    return parities
 
 
 def one_parity(name: "Parity | str | None") -> Parity | None:
@@ -110,9 +111,10 @@ def check_levels(
         If there are too few levels, one is not positive and finite, or their number is far from Weyl's law.
         A window is compared with the number of levels that Weyl's law expects between its ends.
     """
-    k = np.sort(np.asarray(levels, np.float64), axis=-1)
+    k = as_floats(levels, "the levels are no numbers: give one row of numbers")
     if k.ndim != 1:
         raise InputError(f"the levels have shape {k.shape}: give one row of numbers")
+    k = np.sort(k)
     if len(k) < _LEAST_LEVELS:
         raise InputError(f"the list has only {several(len(k), 'level')}: give {_LEAST_LEVELS} or more")
     if (wrong := k[~((k > 0) & (k < np.inf))]).size:

@@ -234,10 +234,10 @@ def best_reference(connection: Connection, a: float) -> "Reference | None":
     """Return the averages over trajectories with the smallest error at a given a, or None."""
     from orbitdb.trajectories.ensemble import Reference
 
-    names = ", ".join(field.name for field in fields(Reference))
+    names = ", ".join(field.name for field in fields(Reference) if field.name != "a")
     query = f"SELECT {names} FROM trajectory WHERE {AT_A} ORDER BY lambda_d_error LIMIT 1"
     row = next(connection.records(query, (a,)), None)
-    return None if row is None else Reference(**{**row, "seed": int(row["seed"])})
+    return None if row is None else Reference(**{**row, "a": a, "seed": int(row["seed"])})
 
 
 @dataclass(frozen=True)

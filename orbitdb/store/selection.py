@@ -195,7 +195,7 @@ def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
 def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
     """Return the error for an unknown column; its message suggests a similar name."""
     columns = ", ".join(dict.fromkeys(known))
-    return SelectionError(f"column {name!r}: {guess(name, known)}the columns are {columns}")
+    return SelectionError(f"column {name!r}: {guess(str(name), known)}the columns are {columns}")
 
 
 # criteria
@@ -255,6 +255,8 @@ def chosen_by(**criteria: Unpack[Criteria]) -> Selection:
     where, reversal = given.get("where"), given.get("time_reversal")
     if not isinstance(where, str | None):
         raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
+    if not isinstance(given.get("parameters", {}), Mapping):
+        raise SelectionError("parameters: give a dict of values for the names in where")
     if given.get("parameters") and where is None:
         names = ", ".join(given["parameters"])
         raise SelectionError(f"{names}: parameters are for names in where, which is not given")

@@ -164,9 +164,10 @@ def replace_certificates(
         connection.executemany("INSERT INTO certificate VALUES (?, ?, ?, ?, ?, ?)", rows)
 
 
-def add_reference(writer: Writer, a: float, reference: "Reference") -> None:
+def add_reference(writer: Writer, reference: "Reference") -> None:
     """Store averages over random trajectories."""
     values = asdict(reference) | {"seed": str(reference.seed)}
+    a = values.pop("a")
     with writer.writing() as connection:
         key = {"stadium": writer.stadium_id(connection, a), "run": writer.run_id(connection)}
         insert_row(connection, "trajectory", key | values)

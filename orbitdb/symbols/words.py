@@ -46,13 +46,11 @@ def parse(text: str) -> str:
     Raises
     ------
     WordError
-        If the text is empty, contains any other character, an unmatched bracket or a misplaced power, or
-        expands to more than `MAX_ORDER` symbols.
-    TypeError
-        If the argument is not a string.
+        If the argument is not a string, is empty, contains any other character, an unmatched bracket or a
+        misplaced power, or expands to more than `MAX_ORDER` symbols.
     """
     if not isinstance(text, str):
-        raise TypeError(f"a code is a string such as '1232131', not {text!r:.40}")
+        raise WordError(f"a code is a string such as '1232131', not {text!r:.40}")
     stack: list[list[str]] = [[]]
     size = 0
     place = len(text) - len(text.lstrip())

@@ -18,7 +18,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, checked, need_whole
 from orbitdb.extras import Record
 from orbitdb.trajectories.trajectory import reflect_off_circle
 
@@ -143,6 +143,8 @@ class Reference(Record):
 
     Attributes
     ----------
+    a : float
+        Half length of the stadium.
     lambda_d, lambda_d_error : float
         Lyapunov exponent per bounce.
     lambda_c, lambda_c_error : float
@@ -157,6 +159,7 @@ class Reference(Record):
         Seed of the random numbers.
     """
 
+    a: float
     lambda_d: float
     lambda_d_error: float
     lambda_c: float
@@ -169,12 +172,14 @@ class Reference(Record):
 
     @classmethod
     def of(
-        cls, growth: Measured, path: Measured, per_bounce: float, per_length: float, *counts: int
+        cls, a: float, growth: Measured, path: Measured, per_bounce: float, per_length: float, *counts: int
     ) -> "Reference":
         """Return the averages that follow from the mean growth and mean path of a step, and from exact rates.
 
         Parameters
         ----------
+        a : float
+            Half length of the stadium.
         growth, path : (float, float)
             Mean logarithmic growth and mean path length per step, each with its standard error.
         per_bounce, per_length : float
@@ -183,6 +188,7 @@ class Reference(Record):
             `bounces`, `groups` and `seed`.
         """
         return cls(
+            a,
             float(growth[0] * per_bounce), float(growth[1] * per_bounce),
             float(growth[0] * per_length), float(growth[1] * per_length),
             float(path[0] * per_bounce), float(path[1] * per_bounce),
@@ -190,6 +196,7 @@ class Reference(Record):
         )  # fmt: skip
 
 
+@checked
 def simulate(
     stadium: Stadium | float,
     bounces: int,
@@ -232,6 +239,7 @@ def references(
     the caller may stop at any time.
     """
     wanted = math.ceil(bounces * 2 * math.pi / stadium.perimeter)
+    need_whole("seed", seed, 0)
     if bounces < 1 or (trajectories is not None and trajectories < 2):
         given = f"{bounces} bounces, {LEAST if trajectories is None else trajectories} trajectories"
         raise InputError(f"{given}: give at least one bounce and two trajectories")
@@ -269,4 +277,4 @@ def _reference(beam: Beam, steps: int, stadium: Stadium, seed: int) -> Reference
     rest, error = mean(beam.path - 2 * walls)
     path = rest + 4 * stadium.a / math.pi, error
     rates = 2 * math.pi / stadium.perimeter, 2 / stadium.area
-    return Reference.of(mean(beam.growth), path, *rates, int(beam.bounces.sum()), count, seed)
+    return Reference.of(stadium.a, mean(beam.growth), path, *rates, int(beam.bounces.sum()), count, seed)

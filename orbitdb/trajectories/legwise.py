@@ -203,4 +203,4 @@ def _reference(
     errors = np.sqrt(np.maximum(moments[1] / starts - means**2, 0) / (starts - 1))
     growth = exact[0] + rest, math.hypot(errors[0], exact[1]) + width / 2
     way, rates = (path + 2 * stadium.a, errors[2]), (stadium.legs_per_bounce, stadium.legs_per_length)
-    return Reference.of(growth, way, *rates, round(bounces * starts * legs), starts, seed)
+    return Reference.of(stadium.a, growth, way, *rates, round(bounces * starts * legs), starts, seed)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from orbitdb.arrays import Floats, Marks, Words
+from orbitdb.arrays import Floats, Marks, Words, as_floats
 from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium, written
 from orbitdb.errors import InputError
@@ -269,10 +269,7 @@ def _both_ways(stadium: Stadium, start: Sequence[float]) -> Rays:
 
 def _numbers(values: Any, help: str) -> Floats:
     """Return values as an array of finite numbers; raise `InputError` with the help text if they are not."""
-    try:
-        numbers = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(help) from None
+    numbers = as_floats(values, help)
     if not np.isfinite(numbers).all():
         raise InputError(f"{help}; nan and inf are not coordinates")
     return numbers

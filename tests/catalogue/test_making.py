@@ -172,7 +172,7 @@ def test_a_bare_text_is_one_word(empty):
 
 
 def test_words_are_texts(empty):
-    with pytest.raises(TypeError, match="a code is a string such as '1232131', not 1232131"):
+    with pytest.raises(InputError, match="words = 1232131: give a string or a list"):
         empty.fill(words=1232131)
 
 
@@ -197,7 +197,7 @@ def test_a_word_of_one_symbol_is_refused_before_anything_is_stored(empty, words)
     assert not empty.a_values()
 
 
-@pytest.mark.parametrize("edges", [0, 1, -1, 9.5, 41])
+@pytest.mark.parametrize("edges", [0, 1, -1, 41])
 def test_windows_of_impossible_length_are_refused(empty, edges):
     with pytest.raises(InputError, match=f"windows of {edges} edges: give a whole number from 2 to 40"):
         empty.prove_bounds(edges)

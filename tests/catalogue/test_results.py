@@ -21,6 +21,7 @@ HELD = {
     "Result": lambda c: c.table(),
     "Spectrum": lambda c: c.spectrum((4, 9), points=20),
     "Levels": lambda c: with_levels(c).levels(parity="ee"),
+    "OrbitClasses": lambda c: c.classes(p="2-4"),
     "Fill": lambda c: c.fill("3")[-1],
     "Sweep": lambda c: c.sweep("6")[-1],
     "Life": lambda c: c.births(4)[0],
@@ -36,6 +37,7 @@ FIRST = {
     "Result": ("N_c", 1),
     "Spectrum": ("length", 4.0),
     "Levels": ("parity", "ee"),
+    "OrbitClasses": ("words", 1),
     "Fill": ("N_c", 8),
     "Sweep": ("N_t", 252),
     "Life": ("representative", "0103"),
@@ -66,6 +68,24 @@ def test_a_result_has_a_public_name_a_one_line_repr_and_a_data_frame(catalogue, 
     assert frame[column].iloc[0] == first
     for values in (column for _, column in frame.items() if column.dtype == object):
         assert not all(value is None or isinstance(value, float) for value in values)
+
+
+LISTS = {
+    "p": lambda c: c.fill("2-3"),
+    "upper": lambda c: c.entropy_curve(),
+    "code": lambda c: c.with_length(10.4),
+    "strength": lambda c: c.scars(1, 3, word="13", parities="ee"),
+    "N_t": lambda c: c.sweeps(),
+}
+"""A column of each list of results."""
+
+
+@pytest.mark.parametrize("column", LISTS)
+def test_a_list_of_results_is_a_data_frame_of_its_entries(catalogue, column):
+    listed = LISTS[column](catalogue)
+    frame = listed.to_pandas()
+    assert len(frame) == len(listed)
+    assert not listed or column in frame
 
 
 def test_missing_numbers_of_a_data_frame_are_nan(catalogue):

@@ -26,13 +26,13 @@ def test_every_column_of_every_command_is_explained(cli):
     from orbitdb.answers.results import TABLE
     from orbitdb.answers.scars import Scar
     from orbitdb.cli.commands.assess import COLUMNS as GAP_KEYS
-    from orbitdb.cli.commands.averages import SIMULATED
     from orbitdb.cli.commands.bounds import COLUMNS as BOUNDS
     from orbitdb.cli.commands.identify import LENGTH_KEYS
     from orbitdb.cli.commands.levels import COLUMNS as LEVEL_KEYS
     from orbitdb.cli.commands.query import OF_A_WORD
     from orbitdb.cli.commands.spectrum import PEAKS
     from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS
+    from orbitdb.columns import OF_ENSEMBLES
     from orbitdb.quantum.length_spectrum import COLUMNS as SPECTRUM_KEYS
     from orbitdb.quantum.length_spectrum import TERMS
     from orbitdb.quantum.level_statistics import Statistics
@@ -51,7 +51,8 @@ def test_every_column_of_every_command_is_explained(cli):
         *Scar._fields,
     }
     told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
-    at_one_a = {*TABLE, *BOUNDS, *SIMULATED, "groups", *Life.__dataclass_fields__, "proof", "number"}
+    simulated = (column.name for column in OF_ENSEMBLES)
+    at_one_a = {*TABLE, *BOUNDS, *simulated, *Life.__dataclass_fields__, "number"}
     assert set(told) == {*COLUMNS, *OF_A_WORD, *BOUNCE_COLUMNS, *SHADOWED, *LENGTH_KEYS, *quantum, *at_one_a}
     assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")
     bounds = {row["bound"] for row in told.values() if row["bound"].endswith("error")}

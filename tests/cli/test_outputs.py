@@ -9,7 +9,7 @@ import csv
 import io
 import json
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -47,7 +47,7 @@ def stored(varied, tmp_path_factory) -> Path:
     made(path, fill_births(path, range(2, 6)))
     parameters = {"command": "simulate", "a": 1.6, "bounces": TRAJECTORY.bounces, "seed": TRAJECTORY.seed}
     writer = Writer(path, parameters)
-    add_reference(writer, 1.6, TRAJECTORY)
+    add_reference(writer, TRAJECTORY)
     writer.close()
     return path
 
@@ -128,13 +128,8 @@ def records(found: Any, names: dict[str, str] | None = None) -> Columns:
     return {name: plain([getattr(each, field) for each in listed]) for name, field in shown.items()}
 
 
-def simulated(found: Reference, a: float) -> Columns:
-    names = (*EXPONENTS, "mean_free_path", "mean_free_path_error", "bounces", "seed")
-    return {"a": [a]} | {name: [asdict(found)[name]] for name in names}
-
-
-def legwise(_: Catalogue) -> Columns:
-    return simulated(simulate_legs(Stadium(0.7), 20_000, exact_means(0.7).growth, 3), 0.7)
+def legwise() -> list[Reference]:
+    return [simulate_legs(Stadium(0.7), 20_000, exact_means(0.7).growth, 3)]
 
 
 def checked(catalogue: Catalogue) -> Columns:
@@ -146,12 +141,6 @@ def checked(catalogue: Catalogue) -> Columns:
 
 def measured(found: Callable[[], Any]) -> Callable[[Catalogue], Columns]:
     return lambda _: records(found())
-
-
-def enclosed(_: Catalogue) -> Columns:
-    """The columns of ``bounds``, all computed in double precision."""
-    columns = records(search(Stadium(3), 6))
-    return {name: values for name, values in columns.items() if name != "proof"}
 
 
 def shadowed(catalogue: Catalogue) -> Columns:
@@ -198,10 +187,11 @@ CASES = [
     Case("lyapunov --cut 6.5 --weight det --p 2-6",
          averages("lyapunov", p="2-6", cut=6.5, weight="det"), slow=True),
     Case("simulate --a 0.7 --bounces 20000 --seed 3 --no-store",
-         lambda _: simulated(simulate(Stadium(0.7), 20_000, 3), 0.7), reads=False),
-    Case("simulate --a 0.7 --bounces 20000 --seed 3 --legwise --no-store", legwise, reads=False, slow=True),
+         measured(lambda: [simulate(Stadium(0.7), 20_000, 3)]), reads=False),
+    Case("simulate --a 0.7 --bounces 20000 --seed 3 --legwise --no-store", measured(legwise),
+         reads=False, slow=True),
     Case("births", born),
-    Case("bounds --a 3 --window 6", enclosed, reads=False),
+    Case("bounds --a 3 --window 6", measured(lambda: search(Stadium(3), 6)), reads=False),
     Case("info", filled),
     Case("verify --a 1.6 --p 2-4 --restarts 2 --seed 7", checked, slow=True),
     Case("bench --p 3", measured(lambda: methods.work_precision(methods.sample(3, Stadium(1.6)))),

@@ -219,8 +219,8 @@ def test_many_bounces_use_the_usual_number_of_trajectories():
 
 def test_averages_of_steps_become_averages_of_bounces_and_of_length():
     """In this example, a step has two bounces and the length 4."""
-    found = Reference.of((3.0, 0.5), (4.0, 0.25), 0.5, 0.25, 100, 7, 1)
-    assert found == Reference(1.5, 0.25, 0.75, 0.125, 2.0, 0.125, bounces=100, groups=7, seed=1)
+    found = Reference.of(1.6, (3.0, 0.5), (4.0, 0.25), 0.5, 0.25, 100, 7, 1)
+    assert found == Reference(1.6, 1.5, 0.25, 0.75, 0.125, 2.0, 0.125, bounces=100, groups=7, seed=1)
 
 
 @pytest.mark.parametrize("legwise", [False, True])

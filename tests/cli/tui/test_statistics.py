@@ -42,9 +42,9 @@ def test_only_averages_of_the_first_periods_are_computed_unasked(filled_once, mo
 @pytest.mark.slow
 async def test_new_trajectories_replace_stored_ones(filled, monkeypatch):
     monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)
-    stored = Reference(0.8867, 0.5, 0.3752, 0.5, 2.3, 0.1, 10**9, 16, 5)
+    stored = Reference(1.6, 0.8867, 0.5, 0.3752, 0.5, 2.3, 0.1, 10**9, 16, 5)
     writer = Writer(filled, {"command": "test"})
-    add_reference(writer, 1.6, stored)
+    add_reference(writer, stored)
     writer.close()
     async with browsing(filled, LARGE, Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, "S")

@@ -1,0 +1,77 @@
+"""A wrong type or value gives one clear line, before anything is done."""
+
+import inspect
+
+import numpy as np
+import pytest
+
+import orbitdb
+from orbitdb import Catalogue, InputError
+
+REQUIRED = {"word": "13", "length": 10.4, "low": 1.0, "periods": "2", "p": 2, "a": 1.6, "name": "13"}
+"""Values for the parameters that have no default."""
+
+UNCHECKED = {"self", "coordinates", "classes", "orbits", "window", "fit_radius", "geometric", "legwise",
+             "balls", "births", "rigorous"}  # fmt: skip
+"""True or false; anything is one or the other."""
+
+METHODS = sorted(
+    name for name, value in inspect.getmembers(Catalogue, inspect.isfunction) if not name.startswith("_")
+)
+
+
+@pytest.fixture(scope="module")
+def catalogue(tmp_path_factory):
+    catalogue = Catalogue.create(tmp_path_factory.mktemp("wrong") / "c.db")
+    catalogue.fill("2-4")
+    return catalogue
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_no_argument_of_a_wrong_type_gives_a_bare_python_error(catalogue, method):
+    call = getattr(catalogue, method)
+    parameters = inspect.signature(call).parameters
+    required = {name: REQUIRED[name] for name, one in parameters.items() if one.default is one.empty}
+    for name in parameters.keys() - UNCHECKED:
+        with pytest.raises(InputError):
+            list(call(**required | {name: object()}))
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda c: c.births("7"), "p = '7': give a whole number"),
+        (lambda c: c.births(7.5), r"p = 7\.5: give a whole number"),
+        (lambda c: c.scars("x"), "low = 'x': give a number"),
+        (lambda c: c.scars(1, 2, parities=3), "parity 3: use ee, eo, oe or oo"),
+        (lambda c: c.lyapunov(cut="x"), "cut = 'x': give a number"),
+        (lambda c: c.lyapunov(True), "choose a subset by criteria"),
+        (lambda c: c.count(contains=7.5), r"contains = 7\.5: give a string"),
+        (lambda c: c.count(parameters=7), "parameters: give a dict"),
+        (lambda c: c.simulate(seed=-1), "seed = -1: give a whole number, 0 or more"),
+        (lambda c: c.verify(seed="x"), "seed = 'x': give a whole number, 0 or more"),
+        (lambda c: c.fill("2", workers=2), "workers = 2: give an open Cluster"),
+        (lambda c: c.assess("x"), "the levels are no numbers"),
+        (lambda c: c.spectrum({}), "lengths {}: give a range"),
+        (lambda c: c.select().averages(weight=[]), r"weight = \[\]: give a string"),
+        (lambda c: Catalogue(7.5), r"path = 7\.5: give a path or a string"),
+        (lambda c: orbitdb.solve(7.5, 1.6), "a code is a string"),
+        (lambda c: orbitdb.simulate(1.6, 1000, seed=-1), "seed = -1"),
+        (lambda c: orbitdb.levels(1.6, "8"), "low = '8': give a number"),
+        (lambda c: next(orbitdb.waves(1.6, 1, 2, None)), "waves have one parity"),
+    ],
+)
+def test_a_wrong_value_is_named_as_one_writes_it_in_python(catalogue, call, said):
+    with pytest.raises(InputError, match=said):
+        call(catalogue)
+
+
+def test_numbers_and_arrays_of_numpy_are_numbers_and_lists(catalogue):
+    assert catalogue.count(p=np.int64(3), exists=np.array([])) == 8
+    assert catalogue.with_length(np.float32(10.4), limit=np.int64(1))[0].code == "13"
+    assert [*catalogue.rows(p=np.array([2]), columns=np.array(["code"]))] == [("13",)]
+
+
+def test_an_unknown_column_of_a_result_is_named_with_the_known_ones(catalogue):
+    with pytest.raises(KeyError, match="no column 'n_c': the columns are p, N_t, N_c"):
+        catalogue.table()["n_c"]
