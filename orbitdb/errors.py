@@ -73,19 +73,26 @@ def checked(function: _Function) -> _Function:
     """Decorate a function so that arguments of the wrong type raise `InputError`.
 
     Defaults are accepted, and parameters with other annotations than those in `_KINDS` are not checked.
+    Numbers of NumPy become Python's, which SQLite and JSON can take.
     """
 
     @wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
         kinds = _kinds_of(call)
-        for name, value in [*zip(kinds, args, strict=False), *kwargs.items()]:
+        given = [_plain(value) for value in args]
+        named = {name: _plain(value) for name, value in kwargs.items()}
+        for name, value in [*zip(kinds, given, strict=False), *named.items()]:
             default, types, meant = kinds.get(name, (None, (), ""))
             right = isinstance(value, types) and not isinstance(value, bool)
             if types and not right and value is not default:
                 raise InputError(f"{name} = {value!r:.40}: give {meant}")
-        return function(*args, **kwargs)
+        return function(*given, **named)
 
     return call  # type: ignore[return-value]
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if getattr(value, "shape", None) == () else value
 
 
 def checked_methods(owner: _Class) -> _Class:

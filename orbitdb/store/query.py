@@ -287,7 +287,7 @@ def parse_order(order: str) -> dict[str, bool]:
     Raises `SelectionError` if the text cannot be read or names an unknown column.
     """
     keys: dict[str, bool] = {}
-    for part in str(order).split(","):
+    for part in order.split(","):
         key = _ORDER.fullmatch(part.strip())
         if key is None:
             raise SelectionError(f"order {order!r}: write columns such as 'length' or 'p,lambda_c desc'")

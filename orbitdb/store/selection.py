@@ -268,7 +268,7 @@ def chosen_by(**criteria: Unpack[Criteria]) -> Selection:
         periods=parse_periods(_listed(given["p"])) if "p" in given else (),
         statuses=parse_statuses(_listed(given["status"])) if "status" in given else (),
         time_reversal=reversal,
-        symmetry=parse_symmetry(str(given["symmetry"])) if "symmetry" in given else None,
+        symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
         contains=parse(given["contains"]) if "contains" in given else None,
         exists=_half_lengths(given.get("exists", ())),
         not_at=_half_lengths(given.get("not_at", ())),

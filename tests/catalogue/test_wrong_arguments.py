@@ -44,6 +44,8 @@ def test_no_argument_of_a_wrong_type_gives_a_bare_python_error(catalogue, method
         (lambda c: c.births(7.5), r"p = 7\.5: give a whole number"),
         (lambda c: c.scars("x"), "low = 'x': give a number"),
         (lambda c: c.scars(1, 2, parities=3), "parity 3: use ee, eo, oe or oo"),
+        (lambda c: c.fill(3, jobs=1.5), r"jobs = 1\.5: give a whole number"),
+        (lambda c: c.select(order=3), "order = 3: give a string"),
         (lambda c: c.lyapunov(cut="x"), "cut = 'x': give a number"),
         (lambda c: c.lyapunov(True), "choose a subset by criteria"),
         (lambda c: c.count(contains=7.5), r"contains = 7\.5: give a string"),

@@ -163,7 +163,7 @@ REFUSED = [
     ({"start": START, "tolerance": 0}, "tolerance 0"),
     ({"start": START, "tolerance": math.nan}, "tolerance nan"),
     ({"start": START, "tolerance": 1e-20}, "larger tolerance"),
-    ({"start": START, "limit": -1}, "limit -1"),
+    ({"start": START, "limit": -1}, "limit = -1"),
     ({"start": START, "a": -1}, "not a half length"),
     ({"points": []}, "no points"),
     ({"points": PATH[:2]}, r"too few points \(2\): give 3"),
