@@ -8,14 +8,12 @@ avoided pattern is avoided too, so a word and its mirror image share a state. It
 mirrors the word. A path can be continued in as many ways as a word, so paths and words have the same growth
 rate.
 
-The growth rate of paths in a graph is bounded after Collatz and Wielandt, rounded outward. For a matrix
-A >= 0 and any v > 0, the spectral radius lies between the least and the largest (Av)_i / v_i. It is also the
-largest of the spectral radii of the strongly connected components. If the steps between components are left
-out,
+The growth rate of paths in a graph is bounded after Collatz and Wielandt, rounded outward. For the matrix A
+of steps within strongly connected components and any v > 0,
 
     max over components of min (Av)_i / v_i  <=  spectral radius  <=  max (Av)_i / v_i .
 
-Power iteration provides v, but the bounds hold for any positive v.
+Power iteration provides v.
 
 Sources: Aho and Corasick, Commun. ACM 18 (1975) 333; Collatz, Math. Z. 48 (1942) 221; Wielandt, Math. Z. 52
 (1950) 642.

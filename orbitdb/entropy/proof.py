@@ -1,14 +1,11 @@
 """Verdicts on windows, confirmed one by one in ball arithmetic, so that no bound depends on rounding.
 
 Every verdict follows from one clamped problem (`orbitdb.entropy.verdicts.corner`), which is given by
-integers, a, and the limits of the directions. These limits are pi/2, which is represented by a ball, and the
-doubles of `orbitdb.billiard.legs.direction_limits`, which are first proved to contain all directions
-(`limits_hold`). The directions found in double precision serve only as centres and are taken as exact. The
-gradient g and the curvatures D there, computed in balls, show that the clamped directions lie within the
-radius max |g_i| / (D_i / 2), where i runs over the directions that are not pressed against a limit. The
-verdict is proved if f of the marked junction, computed from balls of this radius, has the right sign.
-
-A verdict that balls do not confirm counts as undecided, and its window is extended like any other.
+integers, a, and the limits of the directions (`limits_hold`). The directions found in double precision serve
+only as centres and are taken as exact. The gradient g and the curvatures D there, computed in balls, show
+that the clamped directions lie within the radius max |g_i| / (D_i / 2), where i runs over the directions that
+are not pressed against a limit. The verdict is proved if f of the marked junction has the right sign there.
+A verdict that balls do not confirm counts as undecided.
 """
 
 import time

@@ -1,19 +1,10 @@
 """Verdicts on windows: allowed, forbidden or undecided, for all continuations beyond their ends.
 
 Two clamped problems decide a window; they give its directions when the continuations push to either extreme.
-Every extreme continuation is described by an outer leg with a given direction and a run next to it:
-
-* an unknown run pulls with a force in [-1, 1]; the extremes are infinitely long runs, down or up;
-* a run of at least K bounces with sense d pulls with a force between -d, the pull of an infinitely long
-  run, and the pull of K bounces whose outer leg has the direction -d pi/2;
-* a leg with at least q walls has a direction s x, where s is its sign and x lies between its least value
-  (`direction_limits`) and pi/2.
-
-All ends therefore have the same form: legs 0 and m + 1 are given, and the legs between them maximise the
-length within their limits. The ranges cover every continuation, however long its runs and legs are.
-
-With theta_j = sigma_j alpha_j and sigma_{j+1} = -sigma_j (-1)^{n_j}, minus the Hessian has no positive
-off-diagonal entries. All theta therefore increase with the push at either end (docs/entropy-proof.md).
+Every extreme continuation is that of a given run, which may be infinitely long, and a given outer leg. So
+legs 0 and m + 1 are given, and the legs between them maximise the length within their limits. All directions
+theta_j = sigma_j alpha_j, with sigma_{j+1} = -sigma_j (-1)^{n_j}, increase with the push at either end
+(docs/entropy-proof.md has the ranges and the proof).
 """
 
 from dataclasses import dataclass

@@ -4,17 +4,9 @@ If a ball does not separate a slack from zero, the precision is increased until 
 can be for any orbit that shadows one through a joint. Then `joins` may prove that it is zero. Otherwise the
 word stays unresolved.
 
-No ball can show that a number is zero. But every double is rational, and at rational a the directions of the
-orbits through joints that occur have algebraic sines and cosines of low degree. Balls suggest a field
-Q(gamma), where gamma is a real root of a polynomial f, and elements of this field for the cosine and sine of
-every leg direction and half turn. The following identities are then checked modulo f:
-
-    cos^2 + sin^2 = 1                         for each of these angles,
-    e^{2 k i half} = -e^{-i d (in + out)}     for every run,
-    dL/dalpha = 0                             for every leg,
-    e^{2 i slack} = 1                         for every slack that should be zero.
-
-Beyond this, balls are only needed to distinguish an angle from its shifts by multiples of pi.
+No ball can show that a number is zero. For that, balls suggest a field Q(gamma), where gamma is a real root
+of a polynomial f, and elements of this field for the cosine and sine of every leg direction and half turn.
+Identities between these are then checked modulo f; balls only tell an angle from its shifts by pi.
 """
 
 import math

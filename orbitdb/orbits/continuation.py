@@ -2,9 +2,8 @@
 
 Let x = ln a. The maximum moves as d alpha/dx = (-H)^-1 (-2 a sin alpha), which takes one additional
 right-hand side in the solver's linear system. A word is an orbit if and only if the six *smooth slacks* of
-each run and its leg are positive, that is, the slacks of `orbitdb.billiard.legs.slacks` without absolute
-values. They are linear in alpha and independent of a, so their slopes in x follow from d alpha/dx by the same
-linear map.
+each run and its leg are positive (`orbitdb.billiard.legs.smooth_slacks`). They are linear in alpha and
+independent of a, so their slopes in x follow from d alpha/dx by the same linear map.
 
 Between two stations, every slack is approximated by the cubic with the same values and slopes at both ends.
 If it is not clear how many zeros the cubic has, the cell is halved. The Illinois method then finds the zeros,

@@ -69,11 +69,9 @@ def _concave_bound(steep: Floats, firm: Floats) -> Floats:
 def coordinate_error(legs: Legs, a: float, alpha: Floats, alpha_error: Floats, slack_error: Floats) -> Floats:
     """Bound the errors of the coordinates of each word, shape (N,).
 
-    A leg is drawn between the ends of two runs. Suppose that such an end is off by e along the circle. The
-    true leg meets the circle at an angle within e of the computed psi/2k, so its distance from that end is at
-    most e (sin(psi/2k) + 2 e). A point between the two ends is off by at most the larger of their distances,
-    and a bounce on a wall by at most this divided by |sin alpha| of the true leg. The rounding of the
-    interpolation is below 9 eps (a + 1), or 19 eps (a + 1) if the leg hits more than one wall.
+    A leg is drawn between the ends of two runs. A bounce on a wall is off by at most the larger of their
+    distances from the true leg, divided by |sin alpha| of that leg. The rounding of the interpolation is
+    below 9 eps (a + 1), or 19 eps (a + 1) if the leg hits more than one wall.
     """
     first, last = slack_error[:2]
     across = np.sin(half_turns(legs, alpha))
@@ -102,12 +100,11 @@ def length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha
 def lambda_error(legs: Chain, slopes: Derivatives, alpha_error: Floats, value: Floats) -> Floats:
     """Bound the error of `exponent`, given the errors of the directions, shape (m, N), and its value.
 
-    tr M - 2 is a sum of products that contain every drift and every kick at most once. The error of its
-    logarithm is therefore at most the sum r of the errors of their logarithms, and the error of lambda is at
-    most r times tanh of half the larger of the two lambdas. Because D'' = -D, a drift changes by at most a
-    fraction q = |D'| e / D + e^2 / 2. Because sin(h +- e) >= sin(h) - e, a kick changes by at most
-    q = e / sin(h). The logarithm of either changes by at most q / (1 - q), or without bound if q >= 1.
-    Rounding adds 6 eps for each run and leg, and 3 eps for lambda itself.
+    It is at most r times tanh of half the larger of the two lambdas, where r is the sum of the errors of the
+    logarithms of all drifts and kicks. Because D'' = -D, a drift changes by at most a fraction
+    q = |D'| e / D + e^2 / 2. Because sin(h +- e) >= sin(h) - e, a kick changes by at most q = e / sin(h). The
+    logarithm of either changes by at most q / (1 - q), or without bound if q >= 1. Rounding adds 6 eps for
+    each run and leg, and 3 eps for lambda itself.
     """
     drift = (np.abs(slopes.lean) / slopes.beyond + alpha_error / 2) * alpha_error
     bend = alpha_error + preceding(alpha_error) + 4 * np.pi * EPSILON
@@ -129,9 +126,8 @@ def enclosed_areas(
     """Return the areas that orbits enclose and bounds on their errors, in radius^2, each of shape (N,).
 
     `words` and `coordinates` have shape (N, p), and `error` bounds the errors of the coordinates, shape (N,).
-    The path is a polygon, so the area is half the sum of the cross products of successive bounces. If each
-    vertex moves by at most e, it changes by at most e/2 sum |P_(n+1) - P_(n-1)| + p e^2 / 2. The bounds
-    include the rounding of the vertices and of the sum.
+    The area is half the sum of the cross products of successive bounces. The bounds include the rounding of
+    the bounces and of the sum.
     """
     x, y = map(np.ascontiguousarray, stadium.frames(words, coordinates)[0])
     x_next, y_next = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
