@@ -5,7 +5,7 @@ The reference is ball arithmetic, which encloses every orbit to more than 50 dig
 reference.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -98,12 +98,12 @@ def work_precision(cases: Sample, slow: int = 100) -> Iterator[WorkPrecision]:
 def newton_rows(cases: Sample, tolerances: Sequence[float] = TOLERANCES) -> Iterator[WorkPrecision]:
     """Measure Newton's method for the legs, including error bounds, statuses and lambda."""
     for tolerance in tolerances:
-
-        def attempt(tolerance: float = tolerance) -> Orbits:
-            return solve_in_doubles(cases.words, cases.stadium, tolerance)
-
-        orbits, seconds = _median_time(attempt)
-        yield _row("newton", tolerance, cases, orbits, seconds, shared=True)
+        times = []
+        for _ in range(REPEATS):
+            begin = perf_counter()
+            orbits = solve_in_doubles(cases.words, cases.stadium, tolerance)
+            times.append(perf_counter() - begin)
+        yield _row("newton", tolerance, cases, orbits, float(np.median(times)), shared=True)
 
 
 def relaxation_rows(cases: Sample, epsilons: Sequence[float] = EPSILONS) -> Iterator[WorkPrecision]:
@@ -195,12 +195,3 @@ def _summary(
     served = int(cases.sizes.sum()) if shared else words
     numbers = [float(f(of)) if len(of) else float("nan") for of in errors for f in (np.max, np.median)]
     return WorkPrecision(method, setting, words, seconds / words, seconds / served, failures, *numbers)
-
-
-def _median_time(work: Callable[[], Orbits]) -> tuple[Orbits, float]:
-    times = []
-    for _ in range(REPEATS):
-        begin = perf_counter()
-        result = work()
-        times.append(perf_counter() - begin)
-    return result, float(np.median(times))
