@@ -11,7 +11,6 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
-from textual.screen import Screen
 from textual.widgets import Footer, Header, HelpPanel
 
 from orbitdb.cli.output import code_text
@@ -30,9 +29,6 @@ from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
 from orbitdb.symbols.words import least_rotation
 from orbitdb.text import exact
-
-_PAUSE = 0.25
-"""Seconds without a key before the rows of a filter that is being typed are read."""
 
 
 def _to(part: str, action: str) -> str:
@@ -53,15 +49,15 @@ class MainScreen(OwnScreen[None]):
         key("backspace", _to("position", "take_back"), "delete", tooltip="the last digit"),
         Binding("c", _to("side", "code"), "code", tooltip="in any rotation, stored or not"),
         key("enter", "whole", "all facts", tooltip="about the orbit, or back"),
-        Binding("q", "leave_whole", "back", tooltip="to the rows"),
+        Binding("q", "back(True)", "back", tooltip="to the rows"),
         key("n", _to("table", "move(1)"), "next orbit"),
         key("p", _to("table", "move(-1)"), "previous orbit"),
         key("T,t", _to("side", f"move_in_class({REVERSE})"), "time reverse"),
         key("X,x", _to("side", f"move_in_class({MIRROR_X})"), "left-right mirror image"),
         key("Y", _to("side", f"move_in_class({MIRROR_Y})"), "up-down mirror image"),
         key("escape", "back", "back", tooltip="to the row"),
-        key("space", _to("drawing", "particle"), "particle", tooltip="starts or stops"),
-        Binding("v", _to("drawing", "view"), "view", tooltip="stadium or phase space"),
+        key("space", _to("side", "draw('particle')"), "particle", tooltip="starts or stops"),
+        Binding("v", _to("side", "draw('view')"), "view", tooltip="stadium or phase space"),
         key("less_than_sign", _to("side", "follow(False)"), "smaller a", tooltip="for this orbit"),
         key("greater_than_sign", _to("side", "follow(True)"), "larger a", tooltip="for this orbit"),
         key("comma", _to("side", "follow(False, True)"), "birth or death", tooltip="at the next smaller a"),
@@ -179,7 +175,7 @@ class MainScreen(OwnScreen[None]):
         if trying:
             self.rows.wanted = self._word
         self.say_choices()
-        self.rows.read(selection, pause=_PAUSE if trying else 0.0)
+        self.rows.read(selection, patient=trying)
         if selection.a != old.a and self.whole and orbit is not None:
             self.side.ask_for(orbit.code)
 
@@ -218,7 +214,7 @@ class MainScreen(OwnScreen[None]):
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Disable the keys that choose rows while the facts about an orbit hide the rows; a can be chosen."""
-        if action == "leave_whole":
+        if action == "back" and parameters:
             return self.whole
         chooses = action in ("filter_value", "past_view") or (
             action == "to" and parameters[0] in ("chips", "rows") and parameters[1] != "half_length"
@@ -233,13 +229,10 @@ class MainScreen(OwnScreen[None]):
     def action_whole(self) -> None:
         self.whole = not self.whole and self.side.need() is not None
 
-    def action_leave_whole(self) -> None:
-        self.whole = False
-
-    def action_back(self) -> None:
+    def action_back(self, leave: bool = False) -> None:
         """Go back one step: from the help, the facts, an orbit other than the row's, or typed digits."""
         row, orbit = self.rows.table.row, self.side.orbit
-        if self.query(HelpPanel):
+        if self.query(HelpPanel) and not leave:
             self.app.action_hide_help_panel()
         elif self.whole:
             self.whole = False
@@ -247,12 +240,6 @@ class MainScreen(OwnScreen[None]):
             self.side.show_word(row[0], anew=True)
         else:
             self.rows.position.give_up_digits()
-
-    async def action_to(self, part: str, action: str) -> None:
-        """Pass an action on to a widget; the greeting hides the drawing, so that has nothing to show."""
-        if part == "drawing" and self.has_class("-empty"):
-            self.side.need()
-        await super().action_to(part, action)
 
     def _take_orbit(self, orbit: Orbit | None) -> None:
         """Show the panels once there is an orbit; while all its facts are shown, name it in the subtitle."""
@@ -289,18 +276,17 @@ class MainScreen(OwnScreen[None]):
         ordering = self.rows.ordering
         self._open(CountsScreen, "length" if ordering == Ordering() else ordering.column)
 
-    def _open(self, screen: Callable[..., Screen[str | None]], *more: str) -> None:
+    def _open(self, screen: Callable[..., OwnScreen[str | None]], *more: str) -> None:
         """Open a screen that reads the stored data; the condition with which it closes joins the filter."""
         if self._file.reader is None:
             self.notify("nothing is stored yet: press f to fill the catalogue")
         else:
-            opened = screen(self._file.reader, self.choices.selection, *more)
-            self.app.push_screen(opened, lambda condition: self.choices.add(condition) if condition else None)
+            self.ask(screen(self._file.reader, self.choices.selection, *more), self.choices.add)
 
     def action_export(self) -> None:
         from orbitdb.cli.tui.export import ask_for_file, save_orbit, write_rows
 
-        orbit, phase = self.side.orbit, self.query_one(OrbitDrawing).phase and not self.whole
+        orbit, phase = self.side.orbit, self.query_one(OrbitDrawing).phase
         of_rows = orbit is None or self.rows.table.has_focus
         ask_for_file(
             self,

@@ -197,6 +197,10 @@ class OrbitPanel(Vertical, Working):
         same = least_rotation(word) == least_rotation(orbit.code)
         self._entitle(f"{'itself' if same else orbit.code[:20]}, {ELEMENT_NAMES[element]}")
 
+    async def action_draw(self, action: str) -> None:
+        if self.need() is not None:
+            await self.query_one(OrbitDrawing).run_action(action)
+
     def action_copy(self) -> None:
         if (orbit := self.need()) is not None:
             self.app.copy_to_clipboard(orbit.code)

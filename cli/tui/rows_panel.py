@@ -9,7 +9,6 @@ from textual.reactive import reactive
 from textual.widgets import Static
 
 from orbitdb.answers.completeness import lacking_births, partial_fills, unfilled
-from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog, Names
 from orbitdb.cli.tui.paged_table import PagedTable
 from orbitdb.cli.tui.position import Position
@@ -22,6 +21,8 @@ from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
 _AT_WORK = ("reading …", "sorting …")
+_PAUSE = 0.25
+"""Seconds without a key before the rows of a filter that is being typed are read."""
 
 _Reading = tuple[Pages, tuple[str, str], int | None]
 """Rows, notes on gaps, and the number of rows without a filter (None if only the first rows are read)."""
@@ -101,11 +102,11 @@ class RowsPanel(Vertical, Working):
 
     # reading
 
-    def read(self, selection: Selection, pause: float = 0.0) -> None:
+    def read(self, selection: Selection, patient: bool = False) -> None:
         """Read the rows of a subset in a worker, and show them unless others are requested meanwhile.
 
-        The worker begins after a pause in seconds. If the table is empty and all words are requested in the
-        default order, the first rows are shown early.
+        If `patient`, the worker begins after a pause. If the table is empty and all words are requested in
+        the default order, the first rows are shown early.
         """
         if (catalogue := self._file.reader) is None:
             return
@@ -116,17 +117,13 @@ class RowsPanel(Vertical, Working):
         everything, nothing = Selection(selection.a), self.table.source is NONE
 
         def find(cancelled: Callable[[], bool]) -> Iterator[_Reading]:
-            time.sleep(pause)
+            time.sleep(_PAUSE if patient else 0.0)
             if cancelled():
                 return
             with catalogue.moment() as moment:
                 gaps = _gaps(moment, selection)
                 if nothing and (selection, ordering) == (everything, Ordering()):
-                    yield (
-                        Pages(catalogue, choose(moment, selection, most=_FIRST), fields),
-                        gaps,
-                        None,
-                    )
+                    yield Pages(catalogue, choose(moment, selection, most=_FIRST), fields), gaps, None
                 chosen = choose(moment, selection, str(ordering), cancelled=cancelled)
                 count = len(chosen) if selection == everything else total
                 if count is None:
@@ -172,14 +169,12 @@ class RowsPanel(Vertical, Working):
         If the wanted word or the current orbit now has a row, the cursor goes to it. Otherwise the cursor
         stays on its word, if that is among the rows and not at the top, and an orbit without a row stays.
         """
-        row, alone, wanted = self.table.row, self.alone, self.wanted
-        word = wanted or alone or (row[0] if row is not None and self.table.cursor else None)
+        row, alone = self.table.row, self.alone
+        word = self.wanted or alone or (row[0] if row is not None and self.table.cursor else None)
         place = rows.position(word) if word else None
         self._show(rows, place or 0)
         if alone is None or place is not None:
             self._show_word()
-        elif wanted == alone:
-            self._say_no_row()
         self._say_place()
         self.position.go_on()
 
@@ -195,16 +190,12 @@ class RowsPanel(Vertical, Working):
 
     def go_to(self, orbit: Orbit | None) -> None:
         """Put the cursor on the row of an orbit, now or once the row arrives."""
-        if orbit is None:
-            return
-        word = least_rotation(orbit.code)
-        place = self.table.source.position(word)
+        word = None if orbit is None else least_rotation(orbit.code)
+        place = self.table.source.position(word) if word else None
         if place is not None:
             self.table.cursor = place
         elif self.reads:
             self.wanted = word
-        else:
-            self._say_no_row()
         self._say_place()
 
     def forget(self) -> None:
@@ -234,11 +225,6 @@ class RowsPanel(Vertical, Working):
             aside = f"{code} is not {'among these rows' if orbit.stored else 'stored'}"
         self.position.aside = aside
         self.position.refresh()
-
-    def _say_no_row(self) -> None:
-        if (orbit := self._orbit) is not None:
-            outside = f"{code_text(orbit.code)} is not among the rows"
-            self.notify(outside if orbit.stored else "not stored: solved on the spot", timeout=4)
 
 
 def _gaps(moment: Moment, selection: Selection) -> tuple[str, str]:

@@ -93,8 +93,8 @@ class Working(DOMNode):
     def failed(self, reason: str) -> None:
         self.app.notify(reason, severity="error")
 
-    def ask(self, dialog: "Dialog[Answer | None]", take: Callable[[Answer], object]) -> None:
-        """Open a dialog, and pass its answer to `take` unless the dialog is cancelled."""
+    def ask(self, dialog: Screen[Answer | None], take: Callable[[Answer], object]) -> None:
+        """Open a dialog or another screen, and pass its answer to `take` unless it is cancelled."""
 
         def hear(answer: Answer | None) -> None:
             if answer is not None:
