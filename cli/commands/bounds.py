@@ -1,6 +1,5 @@
 """``orbitdb bounds``: proved bounds on the topological entropy."""
 
-import os
 from collections.abc import Sequence
 from contextlib import closing
 from operator import attrgetter
@@ -14,6 +13,7 @@ from orbitdb.cli import options
 from orbitdb.cli.options import HalfLengths
 from orbitdb.cli.output import Output, note, progress
 from orbitdb.cli.storing import Jobs, bring
+from orbitdb.errors import StoreError
 
 if TYPE_CHECKING:
     from orbitdb.entropy.bounds import EntropyBounds
@@ -108,26 +108,29 @@ def bounds(
 
 def balls_of(proofs: "Sequence[Proof]") -> str:
     """Summarise how many of the windows decided in double precision are proved in ball arithmetic."""
-    proved, left_open = (sum(getattr(each, name) for each in proofs) for name in ("proved", "left_open"))
+    proved, left_open = (sum(getattr(proof, name) for proof in proofs) for name in ("proved", "left_open"))
     return (
         f"ball arithmetic proves {proved} of {proved + left_open} windows decided in double precision, "
-        f"{left_open} left open; {sum(each.seconds for each in proofs):.1f} s"
+        f"{left_open} left open; {sum(proof.seconds for proof in proofs):.1f} s"
     )
 
 
 def _kept(db: Path, store: bool | None) -> tuple[Path | None, str]:
     """Return the catalogue to save bounds in, made or updated with --store; or else None and the reason."""
+    from orbitdb.filling.records import check_writable
     from orbitdb.store.file import check_file
     from orbitdb.store.schema import SCHEMA_VERSION
 
-    version = check_file(db)
     if store is False:
         return None, ""
-    if store is None and version is None:
-        return None, f"there is no catalogue at {db}; --store creates one"
-    if store is None and version != SCHEMA_VERSION:
-        return None, f"{db} has the older schema {version}; --store, or 'orbitdb migrate', updates it"
-    if store is None and not os.access(db, os.W_OK):
-        return None, f"{db} cannot be written"
-    bring(db)
+    if store is None and (version := check_file(db)) != SCHEMA_VERSION:
+        older = f"{db} has the older schema {version}; --store, or 'orbitdb migrate', updates it"
+        return None, f"there is no catalogue at {db}; --store creates one" if version is None else older
+    try:
+        bring(db)
+        check_writable(db)
+    except StoreError as error:
+        if store:
+            raise
+        return None, str(error)
     return db, ""
