@@ -166,7 +166,8 @@ def write_facts(facts: Sequence[tuple[str, str]]) -> None:
 
 def beside(start: str, text: str, columns: int) -> Iterator[str]:
     """Yield the lines of a text that is wrapped beside the start of its first line, if there is room."""
-    for part in wrap(text, max(columns - len(start), _LEAST_WIDTH), break_long_words=False) or [""]:
+    room = max(columns - len(start), _LEAST_WIDTH)
+    for part in wrap(text, room, break_long_words=False, break_on_hyphens=False) or [""]:
         yield f"{start}{part}".rstrip() + "\n"
         start = " " * len(start)
 

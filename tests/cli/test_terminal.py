@@ -117,6 +117,17 @@ def test_a_fill_and_two_queries_show_on_screen_what_files_get(varied, tmp_path):
     on_screens_as_in_files(A_FEW, A_FEW_QUIET, tmp_path, ORBITDB_DB=str(varied))
 
 
+@pytest.mark.parametrize("columns", [40, 80])
+def test_info_fits_into_the_terminal(cli, tmp_path, columns):
+    a = ("--a", "0.30000000000000004")
+    for command in ("fill", "--p", "4"), ("levels", "--k", "0:4"), ("bounds", "--window", "2", "--store"):
+        assert cli(*command, *a).code == 0
+    session = run_in_terminal("info", columns=columns, ORBITDB_DB=str(tmp_path / "orbits.db"))
+    facts, table = session.text.replace("\r", "").split("\n\n")
+    assert max(map(len, facts.splitlines()[1:])) <= columns
+    assert max(map(len, table.splitlines())) <= 80
+
+
 @pytest.mark.slow
 def test_commands_that_fill_show_on_screen_what_files_get(tmp_path):
     on_screens_as_in_files(FILLING, [], tmp_path, (80, 200))
