@@ -20,6 +20,8 @@ def home_expanded(path: Path | str) -> Path:
     """Return a path with the home folder in place of ``~``, which shells leave as it is within quotes."""
     if not os.fspath(path):
         raise InputError("the path is empty: name a file")
+    if "\0" in str(path):
+        raise InputError(f"{str(path)!r} cannot be a path: name a file without null characters")
     return Path(os.path.expanduser(path))
 
 

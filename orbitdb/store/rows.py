@@ -270,7 +270,8 @@ def blocks_of(
             ids, inverse = np.unique(words.ids[part], return_inverse=True)
             try:
                 shared = _classes(connection, chosen.selection.a, ids, names)
-                columns = _Block(shared, inverse, words.places[part]).columns(names)
+                block = _Block(shared, inverse, words.places[part])
+                columns = [block.column(name) for name in names]
             except (LookupError, TypeError, ValueError) as error:
                 raise AlteredError(f"a row of the classes with ids from {ids[0]} to {ids[-1]}") from error
             yield columns
@@ -298,8 +299,8 @@ def plain(column: Values) -> Sequence[Any]:
     return [value.tolist() if isinstance(value, np.ndarray) else value for value in column]
 
 
-def _classes(connection: Connection, a: float, ids: Integers, wanted: Sequence[str]) -> list[Any]:
-    """Return the name and the values of each column that is needed, with classes in the order of ids."""
+def _classes(connection: Connection, a: float, ids: Integers, wanted: Sequence[str]) -> dict[str, Any]:
+    """Return the columns that are needed, with classes in the order of ids."""
     shared = [name for name in wanted if name in SHARED or name in (COORDINATES, "rules", "area")]
     names = tuple(dict.fromkeys(["p", "representative", "words", "symmetry", *shared]))
     of_class = [name if name in SHARED | OF_CLASS else "NULL" for name in names]
@@ -315,64 +316,51 @@ def _classes(connection: Connection, a: float, ids: Integers, wanted: Sequence[s
     numbers, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     if list(numbers) != ids.tolist():
         raise LookupError("rows are missing")
-    return list(zip(names, columns, strict=True))
+    return dict(zip(names, columns, strict=True))
 
 
 class _Block:
-    """The words of one block, and the columns of their classes."""
+    """The words of one block, given by the places of their classes and in these, and columns of classes."""
 
-    def __init__(self, shared: list[Any], inverse: Places, places: NDArray[np.uint8]) -> None:
-        self.shared = dict(shared)
-        self.rows, self.places = inverse.tolist(), places.tolist()
-        self.inverse = inverse
-        orders, texts = self.shared["p"], self.shared["words"]
-        self.words = [
-            texts[row][orders[row] * place : orders[row] * (place + 1)]
-            for row, place in zip(self.rows, self.places, strict=True)
-        ]
+    def __init__(self, shared: dict[str, Any], owners: Places, places: NDArray[np.uint8]) -> None:
+        self.shared, self.owners, self.rows = shared, owners, owners.tolist()
+        self.places = places
+        spans = [(shared["words"][row], shared["p"][row]) for row in self.rows]
+        numbered = zip(spans, places.tolist(), strict=True)
+        self.words = [words[p * place : p * (place + 1)] for (words, p), place in numbered]
 
-    def columns(self, names: Sequence[str]) -> list[Values]:
-        """Return the named columns."""
-        made: dict[str, Callable[[], Values]] = {
-            "code": lambda: self.words,
-            "element": self._elements,
-            "rules": self._rules,
-            "area": self._areas,
-            COORDINATES: self._coordinates,
-        }
-        return [made[name]() if name in made else self._column(name) for name in names]
+    @cached_property
+    def elements(self) -> Masks:
+        """The elements that lead to the words; 0 for pruned words."""
+        if unknown := set(self.shared["symmetry"]) - STABILISER_OF.keys() - {None}:
+            raise LookupError(f"symmetries {unknown}")
+        return ELEMENT_OF[stabilisers_of(self.shared["symmetry"])[self.owners], self.places]
 
-    def _column(self, name: str) -> Values:
-        values = self.shared.get(name)
-        if values is None:
-            return [None] * len(self.rows)
-        if kind_of(name) != "number":
-            return [values[row] for row in self.rows]
-        return as_array(name, values)[self.inverse]
-
-    def _rules(self) -> list[list[int]]:
-        rules = [[int(rule) for rule in text.split(",")] if text else [] for text in self.shared["rules"]]
-        return [rules[row] for row in self.rows]
-
-    def _elements(self) -> list[int | None]:
-        elements = [
-            None if label is None else ELEMENT_OF[STABILISER_OF[label]].tolist()
-            for label in self.shared["symmetry"]
-        ]
-        pairs = zip(self.rows, self.places, strict=True)
-        return [None if (own := elements[row]) is None else own[place] for row, place in pairs]
-
-    def _areas(self) -> Floats:
-        elements = np.array([element or 0 for element in self._elements()], np.uint8)
-        return act_on_areas(elements, as_array("area", self.shared["area"])[self.inverse])
+    def column(self, name: str) -> Values:
+        """Return a column of the words."""
+        if name == "code":
+            return self.words
+        if name == COORDINATES:
+            return self._coordinates()
+        if name == "element":
+            labels = self.shared["symmetry"]
+            own = zip(self.rows, self.elements.tolist(), strict=True)
+            return [None if labels[row] is None else element for row, element in own]
+        values = self.shared[name]
+        if kind_of(name) == "number":
+            numbers = as_array(name, values)[self.owners]
+            return act_on_areas(self.elements, numbers) if name == "area" else numbers
+        if name == "rules":
+            values = [[int(rule) for rule in text.split(",")] if text else [] for text in values]
+        return [values[row] for row in self.rows]
 
     def _coordinates(self) -> list[Floats | None]:
         """Return the coordinates of the words, from those of the representatives and the symmetries."""
         blobs, least = self.shared[COORDINATES], self.shared["representative"]
         coordinates: list[Floats | None] = [None] * len(self.rows)
         groups: dict[tuple[int, int], list[int]] = {}
-        for row, (own, element) in enumerate(zip(self.rows, self._elements(), strict=True)):
-            if blobs[own] is not None and element is not None:
+        for row, (own, element) in enumerate(zip(self.rows, self.elements.tolist(), strict=True)):
+            if blobs[own] is not None:
                 groups.setdefault((len(self.words[row]), element), []).append(row)
         for (p, element), members in groups.items():
             owners = [self.rows[row] for row in members]

@@ -6,7 +6,6 @@ A value that cannot be read raises `SelectionError`; the message says how to wri
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from inspect import Parameter, Signature, signature
 from numbers import Real
 from typing import Any, TypeAlias, TypedDict, TypeVar, Unpack
@@ -201,10 +200,6 @@ def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
 # criteria
 
 
-_AS_OPTIONS = {"range": "the name of what is bounded, as in length=(3, 10)"}
-"""Hints for options whose names differ from those of their criteria."""
-
-
 class Criteria(TypedDict, total=False):
     """Keyword arguments of `chosen_by`."""
 
@@ -250,7 +245,8 @@ def chosen_by(**criteria: Unpack[Criteria]) -> Selection:
         If a criterion is invalid.
     """
     if unknown := sorted(set(criteria) - set(Criteria.__annotations__)):
-        raise _no_criterion(unknown)
+        meant, known = guess(unknown[0], Criteria.__annotations__), ", ".join(Criteria.__annotations__)
+        raise SelectionError(f"{', '.join(unknown)}: not a criterion; {meant}criteria are {known}")
     given: dict[str, Any] = {name: value for name, value in criteria.items() if value is not None}
     where, reversal = given.get("where"), given.get("time_reversal")
     if not isinstance(where, str | None):
@@ -286,15 +282,6 @@ def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
     return fillable(parse_periods(_listed(periods)))
 
 
-def _no_criterion(names: Sequence[str]) -> SelectionError:
-    """Return the error for unknown criteria, which suggests a known name for the first of them."""
-    known = tuple(Criteria.__annotations__)
-    meant = _AS_OPTIONS.get(names[0]) or next(iter(get_close_matches(names[0], known, 1)), "")
-    return SelectionError(
-        f"{', '.join(names)}: not a criterion{meant and f', use {meant}'}; criteria are {', '.join(known)}"
-    )
-
-
 def _listed(value: object) -> str:
     """Join values with commas; format a range so that `parse_periods` can read it."""
     if isinstance(value, range) and value.step == 1 and len(value):
@@ -317,7 +304,6 @@ def _pair(name: str, bounds: object) -> Bounds:
 
 
 _PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
-_MOST_RANGES = 100
 
 
 def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
@@ -332,8 +318,6 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
             remedy = f"write {high}-{low}" if high >= LEAST_PERIOD else f"the least period is {LEAST_PERIOD}"
             raise SelectionError(f"periods {part.strip()!r} run backwards: {remedy}")
         ranges.append((low, high))
-    if len(ranges) > _MOST_RANGES:
-        raise SelectionError(f"periods: {len(ranges)} ranges, more than {_MOST_RANGES}; join some, as in 2-8")
     return tuple(ranges)
 
 

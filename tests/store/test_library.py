@@ -322,11 +322,11 @@ def test_descriptions_leave_out_empty_ranges_and_shorten_long_words(catalogue):
     ("wrong", "said"),
     [
         ({"colour": (1, 2)}, "criteria are a, p, status, time_reversal, .*, length, lyapunov"),
-        ({"reversal": "self"}, "reversal: not a criterion, use time_reversal; criteria are a, p, status"),
         (
-            {"range": "length=3:"},
-            r"range: not a criterion, use the name .* as in length=\(3, 10\); criteria are",
+            {"reversal": "self"},
+            "reversal: not a criterion; did you mean time_reversal\\? criteria are a, p, status",
         ),
+        ({"range": "length=3:"}, "range: not a criterion; criteria are"),
         ({"status": "good"}, "use orbit, geometric, dynamical, boundary, unresolved, some of them"),
         ({"status": "orbit,family"}, "never stored: 'orbitdb query 02' describes it"),
         ({"status": Status.FAMILY}, "never stored"),
@@ -358,7 +358,7 @@ def test_other_libraries_read_a_subset_through_arrow(varied):
 
 def test_births_of_an_impossible_period_are_refused(filled):
     catalogue = Catalogue(filled)
-    for p, message in ((1, "period 1: the least"), (50, "period 50: the highest"), (-3, "p = -3: give")):
-        with pytest.raises(InputError, match=message):
+    for p in (1, 50, -3):
+        with pytest.raises(InputError, match=f"^period {p}: the"):
             catalogue.births(p)
     assert catalogue.births(3) == []
