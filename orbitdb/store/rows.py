@@ -188,6 +188,7 @@ def sorted_words(
     elements = ELEMENT_OF[stabilisers[owners], places]
     sorting: list[NDArray[Any]] = []
     for name, falls in keys.items():
+        columns: Sequence[NDArray[Any]]
         if name == "code":
             columns = _codes(connection, chosen, stabilisers, owners)
         elif name == "element":

@@ -5,6 +5,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Unpack
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue.filled_catalogue import FilledCatalogue
 from orbitdb.errors import InputError, checked_methods, need_whole
 from orbitdb.extras import Rows
 from orbitdb.orbits.orbit import Orbit
@@ -13,7 +14,6 @@ from orbitdb.store.lookup import find_or_solve, find_word
 from orbitdb.store.query import COLUMNS, choose
 from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Criteria, Selection, with_criteria
-from orbitdb.stored_catalogue import StoredCatalogue
 from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
 
 if TYPE_CHECKING:
@@ -30,12 +30,9 @@ if TYPE_CHECKING:
     from orbitdb.quantum.missing_levels import Assessment
     from orbitdb.quantum.weyl import Parity
 
-_SHOWN = 4
-"""Maximum number of further values of ``a`` in a repr."""
-
 
 @checked_methods
-class Catalogue(StoredCatalogue):
+class Catalogue(FilledCatalogue):
     """A database of the periodic orbits of stadium billiards.
 
     Parameters
