@@ -118,7 +118,7 @@ def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> No
     from orbitdb.answers.completeness import nothing
 
     for chosen in stadiums:
-        for text in nothing(moment, chosen):
+        if text := nothing(moment, chosen):
             note(f"{text}{more}")
 
 
@@ -184,10 +184,10 @@ def provenance(
     moment: "Moment", stadiums: "Sequence[Selection]", many: bool, classes: bool = False
 ) -> dict[str, Any]:
     """Return the provenance of rows; if `many`, its a and partial periods are lists with one item per a."""
-    from orbitdb.answers.completeness import partial_fills
+    from orbitdb.answers.completeness import partial_periods
 
     values = [chosen.a for chosen in stadiums]
-    partial = [[fill.p for fill in partial_fills(moment, chosen)] for chosen in stadiums]
+    partial = [partial_periods(moment, chosen) for chosen in stadiums]
     return {
         "orbitdb": __version__,
         "selection": described(stadiums, classes=classes),

@@ -163,15 +163,14 @@ def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Ite
 
     At an a without fills, periods that are not stored are only reported if --a was given (`at_one`).
     """
-    from orbitdb.answers.completeness import describe_partial, partial_fills, unfilled, without
+    from orbitdb.answers.completeness import describe_partial, partial_periods, unfilled
     from orbitdb.store.fills import read_fills, read_sweeps
 
     for selection in chosen:
-        if partial := partial_fills(moment, selection):
+        if partial := partial_periods(moment, selection):
             yield describe_partial(partial, selection.a)
         if not selection.periods or not (at_one or read_fills(moment, selection.a)):
             continue
-        swept = tuple(sweep.p for sweep in read_sweeps(moment, selection.a))
-        rest = without(selection, swept) if swept else selection
-        if rest is not None and (said := unfilled(moment, rest)):
+        swept = [sweep.p for sweep in read_sweeps(moment, selection.a)]
+        if said := unfilled(moment, selection, swept):
             yield said

@@ -20,7 +20,7 @@ from textual.reactive import reactive
 from textual.widgets import Footer, Header, OptionList
 from textual.widgets.option_list import Option
 
-from orbitdb.answers.completeness import partial_fills
+from orbitdb.answers.completeness import partial_periods
 from orbitdb.arrays import Floats, Integers
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.choices import equals
@@ -232,7 +232,7 @@ class CountsScreen(OwnScreen[str | None]):
         """Return the counts by each of the columns `_BY`, and a note on partial periods."""
         with self._catalogue.moment() as moment:
             tallies = tally(moment, self._selection, _BY, cancelled)
-            partly = ", ".join(str(fill.p) for fill in partial_fills(moment, self._selection))
+            partly = ", ".join(map(str, partial_periods(moment, self._selection)))
         groups = {name: counts_by(name, counts) for name, counts in tallies.items()}
         return groups, f"partial periods: {partly}" if partly else ""
 

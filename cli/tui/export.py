@@ -9,7 +9,7 @@ from typing import Any
 
 from textual.message import Message
 
-from orbitdb.answers.completeness import describe_partial, partial_fills
+from orbitdb.answers.completeness import describe_partial, partial_periods
 from orbitdb.answers.export import FIGURES, FORMATS, TEXT_WRITERS, complete, write_file
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import code_text
@@ -92,7 +92,7 @@ def write_rows(
         else:
             with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
                 TEXT_WRITERS[path.suffix[1:]](file, WRITTEN, rows)
-        partial = partial_fills(moment, selection)
+        partial = partial_periods(moment, selection)
     message = f"{len(chosen):,} rows written to {path}"
     return f"{message}; {describe_partial(partial, selection.a)}" if partial else message
 

@@ -8,7 +8,7 @@ from textual.containers import Vertical
 from textual.reactive import reactive
 from textual.widgets import Static
 
-from orbitdb.answers.completeness import lacking_births, partial_fills, unfilled
+from orbitdb.answers.completeness import lacking_births, partial_periods, unfilled
 from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog, Names
 from orbitdb.cli.tui.paged_table import PagedTable
 from orbitdb.cli.tui.position import Position
@@ -231,6 +231,6 @@ def _gaps(moment: Moment, selection: Selection) -> tuple[str, str]:
     """Return notes on partial periods, and on periods that are not filled or lack births that are needed."""
     missing, lacking = unfilled(moment, selection), lacking_births(moment, selection)
     parts = [f"{missing}, or press f" if missing else "", lacking or ""]
-    partial = [str(fill.p) for fill in partial_fills(moment, selection)]
+    partial = [str(p) for p in partial_periods(moment, selection)]
     verb = "are" if len(partial) > 1 else "is"
     return f"p = {', '.join(partial)} {verb} partial" if partial else "", "; ".join(filter(None, parts))

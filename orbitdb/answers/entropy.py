@@ -6,17 +6,9 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from orbitdb.answers.completeness import count, gaps, need_periods_alone
+from orbitdb.answers.completeness import Counted, count, gaps, need_periods_alone
 from orbitdb.answers.results import PROVED, TABLE, Result
-from orbitdb.answers.whole_periods import (
-    WholePeriods,
-    all_orbits,
-    notes_on_missing,
-    read_noted,
-    rows_of,
-    why_missing,
-    with_lower,
-)
+from orbitdb.answers.whole_periods import Periods, WholePeriods, all_orbits, read_noted, with_lower
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import divisors, every_period, of_divisors, standing
@@ -37,15 +29,15 @@ def table(moment: Moment, chosen: Selection) -> Result:
     """Return the paper's Table 1 (`Catalogue.table`)."""
     need_periods_alone(chosen)
     counted = count(moment, chosen)
-    notes = gaps(moment, chosen, left_out=True, counted=counted)
+    notes = _gaps(moment, chosen, counted)
     for p in counted.chosen:
-        if missing := sorted(of_divisors(p) - counted.known.keys()):
+        if missing := sorted(of_divisors(p) - counted.tallies.keys()):
             notes.append(f"p = {p}: N also needs p = {', '.join(map(str, missing))} (not filled)")
     if not counted.chosen and not notes:
         notes = [f"no {chosen.describe()}"]
     stored = counted.chosen and tightest_bounds(moment, chosen.a) is not None
     known = enclosure(moment, chosen.a) if stored else None
-    columns = _table(counted.chosen, counted.known)
+    columns = _table(counted.chosen, counted.tallies)
     return Result(chosen, columns, () if known is None else (known[1],), tuple(notes))
 
 
@@ -76,62 +68,61 @@ def _table(periods: Sequence[int], tallies: Mapping[int, Tally]) -> dict[str, li
 
 
 def entropy(moment: Moment, chosen: Selection) -> Result:
-    """Return the topological entropy by period, from rows or counts (`Catalogue.entropy`)."""
-    wide, whole = with_lower(chosen), all_orbits(chosen)
-    if whole and (counted := count(moment, wide)).without_rows and any(map(chosen.includes, counted.chosen)):
-        notes = gaps(moment, chosen, left_out=True, counted=counted)
-        lacking = why_missing(sorted(every_period(max(counted.chosen)).difference(counted.chosen)), wide)
-        chosen = replace(chosen, statuses=(Status.ORBIT,))
-        shown = [p for p in counted.chosen if chosen.includes(p)]
-        columns, told = _entropy(counted.cycles(), counted.chosen, shown, lacking, wide)
-    else:
+    """Return the topological entropy by period (`Catalogue.entropy`).
+
+    All orbits of a period need only be counted; the rows of other subsets are read.
+    """
+    if not all_orbits(chosen):
         notes = _uncounted(moment, chosen)
-        subset = read_noted(moment, chosen, notes, swept=True)
-        if subset is None:
-            return Result(chosen, {}, (), tuple(notes))
-        chosen = subset.selection
-        columns, told = _entropy(subset.cycles(), subset.periods, subset.shown, subset.why_missing(), wide)
-    notes += told
-    if not whole:  # the bounds are those of all orbits
-        return Result(chosen, columns, (chosen.describe(),), tuple(notes))
+        subset = read_noted(moment, chosen, notes, swept=False)
+        return Result(chosen, {}, (), tuple(notes)) if subset is None else entropy_of_rows(subset, notes)
+    counted, orbits = count(moment, wide := with_lower(chosen)), replace(chosen, statuses=(Status.ORBIT,))
+    notes = _gaps(moment, chosen, counted)
+    periods = Periods(orbits, wide, counted.chosen)
+    if not periods.shown:
+        return Result(chosen, {}, (), tuple(notes or [f"no {orbits.describe()}"]))
+    columns = _entropy(periods, counted.cycles(), notes)
     proved, line = enclosure(moment, chosen.a)
     notes.append(outside(columns["p"], columns["h_zeta"], proved, chosen))
     bounds = zip(PROVED, (proved.lower, proved.upper, proved.proof), strict=True)
     columns |= {name: [value] * len(columns["p"]) for name, value in bounds}
-    return Result(chosen, columns, (chosen.describe(), line), tuple(filter(None, notes)))
+    return Result(orbits, columns, (orbits.describe(), line), tuple(filter(None, notes)))
 
 
-def entropy_of_rows(subset: WholePeriods) -> Result:
+def entropy_of_rows(subset: WholePeriods, notes: Sequence[str] = ()) -> Result:
     """Return the topological entropy by period of orbits that were already read (`Subset.entropy`)."""
-    read = with_lower(subset.selection) if subset.lower else subset.selection
-    columns, notes = _entropy(subset.cycles(), subset.periods, subset.shown, subset.why_missing(), read)
-    return Result(subset.selection, columns, (subset.selection.describe(),), notes)
+    said = list(notes)
+    columns = _entropy(subset, subset.cycles(), said)
+    return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, said)))
 
 
-def _entropy(
-    cycles: Integers, periods: Sequence[int], shown: Sequence[int], lacking: str, chosen: Selection
-) -> tuple[dict[str, list[Any]], tuple[str, ...]]:
-    """Return the columns of the entropy by period, and notes, given the number of orbits of each period.
-
-    The counts of `periods` are complete; the `shown` ones among them have rows.
-    """
+def _entropy(periods: Periods, cycles: Integers, notes: list[str]) -> dict[str, list[Any]]:
+    """Return the columns of the entropy, given the number of orbits of each period; add to the notes."""
     estimates = by_period.entropy_of_counts(cycles)
     columns = {"p": estimates.p.tolist()}
-    columns |= standing(estimates.p, {"N": estimates.N, "K_0": estimates.K_0}, of_divisors, periods)
+    columns |= standing(estimates.p, {"N": estimates.N, "K_0": estimates.K_0}, of_divisors, periods.periods)
     zeta = {"h_zeta": estimates.h_zeta, "h_zeta_change": estimates.h_zeta_change}
-    columns |= standing(estimates.p, zeta, every_period, periods)
-    return rows_of(columns, shown), notes_on_missing(estimates, periods, shown, lacking, chosen)
+    columns |= standing(estimates.p, zeta, every_period, periods.periods)
+    notes += periods.notes(estimates)
+    return periods.rows_of(columns)
+
+
+def _gaps(moment: Moment, chosen: Selection, counted: Counted) -> list[str]:
+    """Return notes on the chosen periods that are missing, partial, or counted without a fill."""
+    swept, born = (
+        [p for p in periods if chosen.includes(p)] for periods in (counted.from_sweeps, counted.from_births)
+    )
+    return gaps(moment, chosen, left_out=True, from_sweeps=swept, from_births=born)
 
 
 def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
-    """Return a note on periods known only from births, which count all orbits but not those of a subset."""
-    if all_orbits(chosen):
-        return []
-    if not (born := count(moment, Selection(chosen.a, chosen.periods)).from_births):
+    """Return a note on periods without rows; sweeps and births count all orbits, not those of a subset."""
+    counted = count(moment, Selection(chosen.a, chosen.periods))
+    if not (periods := sorted([*counted.from_sweeps, *counted.from_births])):
         return []
     return [
-        f"births give the number of all orbits of {written_periods(born)} at a = {exact(chosen.a)}, not of "
-        "the chosen ones: choose by periods alone, or fill these periods"
+        f"at a = {exact(chosen.a)}, all orbits of {written_periods(periods)} were counted, but no rows are "
+        "stored: choose by periods alone, or fill these periods"
     ]
 
 

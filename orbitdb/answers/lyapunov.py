@@ -13,12 +13,9 @@ from orbitdb.answers.results import TRAJECTORIES, UP_TO_CUT, Result
 from orbitdb.answers.whole_periods import (
     WholePeriods,
     all_orbits,
-    notes_on_missing,
     read_noted,
-    rows_of,
     sum_rules_of,
-    why_no_sum_rules_of,
-    with_lower,
+    why_no_sum_rules,
 )
 from orbitdb.arrays import Floats
 from orbitdb.averages import pseudocycles
@@ -198,10 +195,8 @@ def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str
     for average in AVERAGES:
         columns |= {name: [None] * len(p) for name in average.columns}
         columns |= standing(p, average.compute(given), average.needs, subset.periods)
-    notes.append(why_no_sum_rules_of(subset))
-    read = with_lower(subset.selection) if subset.lower else subset.selection
-    notes += notes_on_missing(given.sums, subset.periods, subset.shown, subset.why_missing(), read)
-    return rows_of(columns, subset.shown)
+    notes += [why_no_sum_rules(subset), *subset.notes(given.sums)]
+    return subset.rows_of(columns)
 
 
 def _without_orbits(a: float) -> str:
@@ -222,7 +217,7 @@ def _up_to(
         raise InputError(f"cut {cut:g} has too many terms with weight det: give {most:g} or less")
     found = pseudocycles.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
     if subset.missing:
-        notes.append(f"the zeta function lacks p = {subset.why_missing()}")
+        notes.append(f"the zeta function lacks p = {subset.why_missing(subset.missing)}")
     else:
         notes.append(f"the zeta function gives no average {found.fault}" if found.fault else "")
         complete = math.floor(least_exponent(subset.highest, a) * 1000) / 1000

@@ -337,7 +337,8 @@ class Subset:
         chosen = self.selection
         if not chosen.statuses:
             chosen = replace(chosen, statuses=(Status.ORBIT,))
-        return WholePeriods(chosen, self.filled, classes, part=self.total is not None)
+        part = self.total is not None
+        return WholePeriods(chosen, chosen, self.filled, classes=classes, part=part)
 
     def _need_words(self) -> None:
         if self.by_class:

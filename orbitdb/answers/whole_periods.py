@@ -5,12 +5,11 @@ Averages use only complete periods, filled or swept; sum rules need all orbits u
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from orbitdb.answers.completeness import Counted, gaps, nothing, without_births
+from orbitdb.answers.completeness import gaps, nothing, without_births
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import PeriodSums, every_period, faults_of, of_divisors
@@ -19,7 +18,7 @@ from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.connection import Moment
-from orbitdb.store.fills import moments_of, read_fills, read_sweeps
+from orbitdb.store.fills import Sweep, moments_of, read_fills, read_sweeps
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import packed, unpack
@@ -52,67 +51,30 @@ def read_classes(moment: Moment, selection: Selection, texts: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
-class WholePeriods:
-    """The chosen classes of all filled periods, and the sums over the chosen classes of swept periods.
+class Periods:
+    """Complete periods, the chosen ones among them, and why others are missing.
 
     Attributes
     ----------
     selection : Selection
         What was chosen; orbits if no status was named.
-    filled : tuple of int
-        The periods that are completely filled, in order.
-    classes : OrbitClasses
-        The chosen classes of the filled periods.
-    swept : mapping of int to PeriodSums
-        Sums over the periods that are not filled but swept, by period.
-    moments : sequence
-        Moments of swept periods for sum rules (`orbitdb.store.fills.moments_of`).
-    orbits : mapping of int to int
-        Number of chosen orbits of each swept period.
+    wide : Selection
+        The same with the lower periods that averages by period need, too.
+    periods : tuple of int
+        The complete periods in `wide`, in ascending order.
     unborn : tuple of int
         The periods left out because the subset depends on births that are not stored.
-    part : bool
-        Whether the classes are only a part of the chosen ones.
-    lower : bool
-        Whether the periods include those below the chosen ones, which averages by period need, too.
     """
 
     selection: Selection
-    filled: tuple[int, ...]
-    classes: OrbitClasses
-    swept: Mapping[int, PeriodSums] = field(default_factory=dict)
-    moments: Sequence[Mapping[int, TiltMoments]] = ()
-    orbits: Mapping[int, int] = field(default_factory=dict)
+    wide: Selection
+    periods: tuple[int, ...]
     unborn: tuple[int, ...] = ()
-    part: bool = False
-    lower: bool = False
-
-    @cached_property
-    def periods(self) -> list[int]:
-        """The complete periods, filled or swept, in ascending order."""
-        return sorted([*self.filled, *self.swept])
 
     @property
     def shown(self) -> list[int]:
         """The chosen periods among the complete ones, which a table has rows for."""
         return [p for p in self.periods if self.selection.includes(p)]
-
-    def counted(self) -> Counted:
-        """Return which periods come from fills and which from sweeps."""
-        return Counted(self.selection.a, {}, tuple(self.periods), (), tuple(self.swept))
-
-    def sums(self) -> dict[int, PeriodSums]:
-        """Return the sums over the chosen orbits of each period."""
-        rows = self.classes.by_period()
-        return {p: PeriodSums.of(part, p) for p, part in rows.items()} | dict(self.swept)
-
-    def cycles(self) -> Integers:
-        """Return the number of chosen orbits of each period from 0 to `highest`."""
-        numbers = np.zeros(self.highest + 1, dtype=np.int64)
-        np.add.at(numbers, self.classes.p, self.classes.words)
-        for p, count in self.orbits.items():
-            numbers[p] = count
-        return numbers
 
     @property
     def highest(self) -> int:
@@ -124,10 +86,65 @@ class WholePeriods:
         """The missing periods below the highest one; a zeta function needs them all."""
         return sorted(every_period(self.highest).difference(self.periods))
 
-    def why_missing(self) -> str:
-        """Return a text that lists the `missing` periods with the reasons."""
-        read = with_lower(self.selection) if self.lower else self.selection
-        return why_missing(self.missing, read, self.unborn)
+    def why_missing(self, periods: Sequence[int]) -> str:
+        """Return a text that lists periods that averages leave out, with the reasons."""
+        reasons: dict[str, list[int]] = {}
+        for p in periods:
+            lacking = "births not stored, left out" if p in self.unborn else "not filled"
+            reasons.setdefault(lacking if self.wide.includes(p) else "not chosen", []).append(p)
+        return "; ".join(f"{', '.join(map(str, orders))} ({reason})" for reason, orders in reasons.items())
+
+    def notes(self, averages: by_period.Entropy | by_period.Lyapunov) -> list[str]:
+        """Return notes on the periods missing from the zeta function or from sums over fixed points."""
+        lacking = self.why_missing(self.missing)
+        notes = [f"the zeta function lacks p = {lacking}" if lacking else "",
+                 faults_of(averages, self.periods, self.shown)]  # fmt: skip
+        notes += [
+            f"p = {p}: the sums over fixed points lack p = {self.why_missing(gone)}"
+            for p in self.shown
+            if (gone := sorted(of_divisors(p).difference(self.periods)))
+        ]
+        return [note for note in notes if note]
+
+    def rows_of(self, columns: Mapping[str, list[Any]]) -> dict[str, list[Any]]:
+        """Return the same columns with only the rows of the chosen periods."""
+        kept = [place for place, p in enumerate(columns["p"]) if p in self.shown]
+        return {name: [values[place] for place in kept] for name, values in columns.items()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class WholePeriods(Periods):
+    """The chosen classes of all filled periods, and the sums over the orbits of swept periods.
+
+    Attributes
+    ----------
+    classes : OrbitClasses
+        The chosen classes of the filled periods.
+    swept : mapping of int to Sweep
+        The sweeps of the periods that are not filled.
+    moments : sequence
+        Moments of swept periods for sum rules (`orbitdb.store.fills.moments_of`).
+    part : bool
+        Whether the classes are only a part of the chosen ones.
+    """
+
+    classes: OrbitClasses
+    swept: Mapping[int, Sweep] = field(default_factory=dict)
+    moments: Sequence[Mapping[int, TiltMoments]] = ()
+    part: bool = False
+
+    def sums(self) -> dict[int, PeriodSums]:
+        """Return the sums over the chosen orbits of each period."""
+        sums = {p: PeriodSums.of(part, p) for p, part in self.classes.by_period().items()}
+        return sums | {p: sweep.sums for p, sweep in self.swept.items() if sweep.sums is not None}
+
+    def cycles(self) -> Integers:
+        """Return the number of chosen orbits of each period from 0 to `highest`."""
+        numbers = np.zeros(self.highest + 1, dtype=np.int64)
+        np.add.at(numbers, self.classes.p, self.classes.words)
+        for p, sweep in self.swept.items():
+            numbers[p] = sweep.tally.n_c
+        return numbers
 
 
 def with_lower(chosen: Selection) -> Selection:
@@ -144,17 +161,20 @@ def read_whole(moment: Moment, chosen: Selection, swept: bool = False, lower: bo
     """
     if not chosen.statuses:
         chosen = replace(chosen, statuses=(Status.ORBIT,))
-    selection = with_lower(chosen) if lower else chosen
-    fills = [fill for fill in read_fills(moment, selection.a) if selection.includes(fill.p)]
-    unborn = tuple(without_births(moment, selection))
-    whole = tuple(fill.p for fill in fills if fill.whole and fill.p not in unborn)
-    sweeps = read_sweeps(moment, selection.a) if swept and all_orbits(selection) else []
-    counted = [done for done in sweeps if selection.includes(done.p) and done.p not in whole]
-    sums = {done.p: done.sums for done in counted if done.sums is not None}
-    orbits = {done.p: done.tally.n_c for done in counted if done.p in sums}
-    spans = tuple((p, p) for p in whole) or ((0, 0),)
-    classes = read_classes(moment, replace(selection, periods=spans))
-    return WholePeriods(chosen, whole, classes, sums, moments_of(sweeps), orbits, unborn, lower=lower)
+    wide = with_lower(chosen) if lower else chosen
+    unborn = tuple(without_births(moment, wide))
+    fills = [fill.p for fill in read_fills(moment, wide.a) if fill.whole and wide.includes(fill.p)]
+    filled = [p for p in fills if p not in unborn]
+    sweeps = read_sweeps(moment, wide.a) if swept and all_orbits(wide) else []
+    counted = {
+        sweep.p: sweep
+        for sweep in sweeps
+        if wide.includes(sweep.p) and sweep.p not in filled and sweep.sums is not None
+    }
+    classes = read_classes(moment, replace(wide, periods=tuple((p, p) for p in filled) or ((0, 0),)))
+    periods = tuple(sorted([*filled, *counted]))
+    return WholePeriods(chosen, wide, periods, unborn, classes=classes, swept=counted,
+                        moments=moments_of(sweeps))  # fmt: skip
 
 
 def read_noted(
@@ -165,47 +185,13 @@ def read_noted(
     Return None if the chosen periods contain no orbit. Notes on what is left out are added to `notes`.
     """
     subset = read_whole(moment, chosen, swept, lower)
-    notes += gaps(moment, chosen, left_out=True, counted=subset.counted() if subset.swept else None)
-    swept_orbits = (p for p, sums in subset.swept.items() if np.isfinite(sums.ranges).all())
-    if not {*np.unique(subset.classes.p).tolist(), *swept_orbits}.isdisjoint(subset.shown):
+    swept_periods = [p for p in subset.swept if chosen.includes(p)]
+    notes += gaps(moment, chosen, left_out=True, from_sweeps=swept_periods)
+    if not {*subset.classes.p.tolist(), *swept_periods}.isdisjoint(subset.shown):
         return subset
-    notes += nothing(moment, subset.selection, swept=bool(subset.swept))
+    if text := nothing(moment, subset.selection, swept=bool(subset.swept)):
+        notes.append(text)
     return None
-
-
-def notes_on_missing(
-    found: by_period.Entropy | by_period.Lyapunov,
-    periods: Sequence[int],
-    shown: Sequence[int],
-    lacking: str,
-    chosen: Selection,
-) -> tuple[str, ...]:
-    """Return notes on the periods missing from the zeta function or from sums over fixed points.
-
-    `periods` were read, `shown` have rows, and `lacking` names missing ones (`why_missing`).
-    """
-    divided = [
-        f"p = {p}: the sums over fixed points lack p = {why_missing(gone, chosen)}"
-        for p in shown
-        if (gone := sorted(of_divisors(p).difference(periods)))
-    ]
-    zeta = f"the zeta function lacks p = {lacking}" if lacking else ""
-    return tuple(filter(None, [zeta, faults_of(found, periods, shown), *divided]))
-
-
-def rows_of(columns: Mapping[str, list[Any]], periods: Sequence[int]) -> dict[str, list[Any]]:
-    """Return the same columns with only the rows of the given periods."""
-    kept = [place for place, p in enumerate(columns["p"]) if p in periods]
-    return {name: [values[place] for place in kept] for name, values in columns.items()}
-
-
-def why_missing(periods: Sequence[int], selection: Selection, unborn: Sequence[int] = ()) -> str:
-    """Return a text that lists periods that averages leave out, with the reasons."""
-    reasons: dict[str, list[int]] = {}
-    for p in periods:
-        lacking = "births not stored, left out" if p in unborn else "not filled"
-        reasons.setdefault(lacking if selection.includes(p) else "not chosen", []).append(p)
-    return "; ".join(f"{', '.join(map(str, orders))} ({reason})" for reason, orders in reasons.items())
 
 
 def all_orbits(chosen: Selection) -> bool:
@@ -214,27 +200,22 @@ def all_orbits(chosen: Selection) -> bool:
     return alone == Selection(chosen.a, chosen.periods)
 
 
-def why_no_sum_rules_of(subset: WholePeriods) -> str:
+def why_no_sum_rules(subset: WholePeriods) -> str:
     """Return the reason why some periods of a subset have no sum rules; '' if all have them."""
-    none, last = _why_none(subset), EXACT + len(subset.moments)
-    if none or not subset.swept or subset.highest <= last:
-        return none
-    return f"sum rules end at p = {last}: {last + 1} was swept before all lower periods were"
-
-
-def _why_none(subset: WholePeriods) -> str:
-    """Return the reason why a subset has no sum rules; '' if it contains all orbits up to some period."""
     if subset.part or not all_orbits(subset.selection):
         return "sum rules are for all orbits up to a period, not for a part of them"
     if missing := subset.missing:
         are = "is" if len(missing) == 1 else "are"
         return f"sum rules need all orbits up to a period; p = {', '.join(map(str, missing))} {are} missing"
+    last = EXACT + len(subset.moments)
+    if subset.swept and subset.highest > last:
+        return f"sum rules end at p = {last}: {last + 1} was swept before all lower periods were"
     return ""
 
 
 def sum_rules_of(subset: WholePeriods) -> SumRules | None:
     """Return the averages of complete periods by sum rules, or None if there are none."""
-    if _why_none(subset):
+    if subset.part or subset.missing or not all_orbits(subset.selection):
         return None
     a = subset.selection.a
     if subset.swept:

@@ -59,7 +59,7 @@ def test_rows_can_be_chosen_by_births_and_deaths(cli, born):
     assert "births of period 6 are not stored" in cli("query", "--p", "6", "--order", "born", "-c", "p").err
     chosen = cli("entropy", "--a", "0.8", "--exists", "0.5")
     assert (chosen.code, chosen.out) == (1, "")
-    assert "births give the number of all orbits of periods 2-5 at a = 0.8" in chosen.err
+    assert "at a = 0.8, all orbits of periods 2-5 were counted" in chosen.err
 
 
 @pytest.mark.slow
@@ -104,6 +104,10 @@ def test_other_commands_use_sweeps(cli):
     source = "periods 2-6 at a = 1.6: counted by a sweep, without stored rows\n"
     assert all(outcome.code == 0 and source in outcome.err for outcome in before)
     assert cli("lyapunov", "--cut", "9").code == 1
+    part = cli("entropy", "--reversal", "self").err
+    assert part.startswith(
+        "at a = 1.6, all orbits of periods 2-6 were counted, but no rows are stored: choose"
+    )
     cli("fill", "--p", "5")
     assert "period 6 at a = 1.6: counted by a sweep" in cli("lyapunov").err
     cli("fill", "--p", "6")

@@ -167,8 +167,8 @@ def test_fills_and_births_give_the_same_counts(born, a, p, boundary):
     made(born, fill_periods(born, a, [p]))
     after = Catalogue(born).counts(a=a)
     assert p not in after.from_births
-    assert after.known == before.known
-    assert after.known[p].boundary == boundary
+    assert after.tallies == before.tallies
+    assert after.tallies[p].boundary == boundary
 
 
 def test_words_born_together_share_an_event(born):

@@ -54,7 +54,7 @@ def test_sweeps_have_the_counts_and_sums_of_fills(tmp_path, a):
         rules = there(sum_rules_of(answer(path, read_whole, Selection(a), swept=True)))
         fills = {fill.p: fill for fill in catalogue.fills(a=a)}
         rows = catalogue.classes(a=a, status="orbit").by_period()
-        assert swept_counts.known == catalogue.counts(a=a).known
+        assert swept_counts.tallies == catalogue.counts(a=a).tallies
     for p in PERIODS:
         fill, tally, sums = fills[p], found[p].tally, PeriodSums.of(rows[p], p)
         swept_sums = there(found[p].sums)
@@ -98,7 +98,7 @@ def test_an_unfinished_sweep_has_no_sums_and_is_not_counted(tmp_path):
         assert (begun.whole, begun.blocks, begun.sums) == (False, 1, None)
         assert catalogue.counts(a=1.6).chosen == ()
         known = answer(path, read_whole, Selection(1.6), swept=True)
-        assert (known.highest, known.orbits, known.cycles().tolist()) == (0, {}, [0])
+        assert (known.highest, known.swept, known.cycles().tolist()) == (0, {}, [0])
 
 
 def test_a_period_closed_first_by_another_process_keeps_its_sums(tmp_path, monkeypatch):
