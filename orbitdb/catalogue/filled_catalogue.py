@@ -181,9 +181,9 @@ class FilledCatalogue(StoredCatalogue):
         need_whole("bounces", bounces)
         records.check_writable(self.path)
         with telling(progress, "trajectories") as tell:
-            found = records.simulate(at, bounces, _seed(seed), legwise, tell)
-        records.keep_simulated(self.path, found)
-        return found
+            averages = records.simulate(at, bounces, _seed(seed), legwise, tell)
+        records.keep_simulated(self.path, averages)
+        return averages
 
     def prove_bounds(
         self,
@@ -249,8 +249,8 @@ class FilledCatalogue(StoredCatalogue):
 
         at, (low, high) = Stadium(self._at(a)), (0.0, low) if high is None else (low, high)
         with telling(progress, "levels") as tell:
-            found = records.find_levels(self.path, at, low, high, parities_of(parities), jobs, tell)
-        return Levels.joined(at.a, low, high, found)
+            windows = records.find_levels(self.path, at, low, high, parities_of(parities), jobs, tell)
+        return Levels.joined(at.a, low, high, windows)
 
     @with_criteria
     def verify(

@@ -96,10 +96,10 @@ class StoredCatalogue:
     def __repr__(self) -> str:
         try:
             with self._file.moment() as moment:
-                known = self._contents(moment)
+                contents = self._contents(moment)
         except StoreError as error:
-            known = str(error)
-        return f"<Catalogue {self.path.name}: {known}>"
+            contents = str(error)
+        return f"<Catalogue {self.path.name}: {contents}>"
 
     def _contents(self, moment: Moment) -> str:
         """Return one line that says which periods are filled, beginning with the default ``a``."""

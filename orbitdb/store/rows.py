@@ -38,12 +38,6 @@ COUNTS = BITS_OF.sum(axis=1, dtype=np.uint8)
 _NTH = np.argsort(1 - BITS_OF, axis=1, kind="stable").astype(np.uint8)
 """Positions of the set bits for each value of a byte, beginning with the lowest."""
 
-ALL = 0xFF
-"""The mask of a class whose eight words are all chosen."""
-
-_LEAST = 1 << 2 * BITS
-"""The key of the word 00, which is the least of all keys."""
-
 
 class ChosenWords(NamedTuple):
     """Words, each given by the id of its class and its position in the class, from 0.
@@ -112,23 +106,13 @@ class Chosen:
 
     def position(self, number: int, place: int) -> int | None:
         """Return the row number of a word, given by class id and position in the class, or None."""
-        for index in np.flatnonzero(self.ids == number).tolist():
-            mask = int(self.masks[index])
-            if mask >> place & 1:
-                row = int(self.ends[index]) - (mask >> place).bit_count()
-                return row if self.rows is None else int(np.flatnonzero(self.rows == row)[0])
-        return None
+        return self.first(np.where(self.ids == number, 1 << place, 0).astype(np.uint8))
 
     def first(self, masks: Masks) -> int | None:
         """Return the number of the first row whose word is in the given masks, shape (C,), or None."""
-        wanted = self.masks & masks
-        if not wanted.any():
-            return None
-        if self.rows is None:
-            index = int(np.argmax(wanted > 0))
-            return self.position(int(self.ids[index]), int(_NTH[wanted[index], 0]))
-        inside, chosen = (BITS_OF[masks].astype(np.bool_) for masks in (wanted, self.masks))
-        return int(np.argmax(inside[chosen][self.rows]))
+        inside = BITS_OF[self.masks & masks][BITS_OF[self.masks] > 0]
+        numbers = np.flatnonzero(inside if self.rows is None else inside[self.rows])
+        return int(numbers[0]) if len(numbers) else None
 
 
 def as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
@@ -148,13 +132,12 @@ def as_list(ids: Integers) -> str:
 def orders_of(ids: Integers) -> Integers:
     """Return the periods of classes and pruned words, given their ids.
 
-    The period is `MAX_KEYED` + 1 for all words too long for a key, and 0 for an id smaller than any key.
+    The period is `MAX_KEYED` + 1 for all words too long for a key.
     """
     keys = np.abs(ids)
     ends = np.int64(1) << BITS * np.arange(1, MAX_KEYED + 1, dtype=np.int64)
     periods = np.searchsorted(ends, keys, side="right")
     periods[keys >= LONG] = MAX_KEYED + 1
-    periods[keys < _LEAST] = 0
     return periods
 
 

@@ -47,8 +47,8 @@ SWEPT = ("words", "n_c", "classes", "boundary", "unresolved")
 _TEXT = Path(__file__).with_name("schema.sql").read_text(encoding="utf-8")
 
 TABLES = {
-    found[1]: found[0]
-    for found in re.finditer(r"^CREATE TABLE (\w+) \(.*?(?=;$)", _TEXT, re.DOTALL | re.MULTILINE)
+    statement[1]: statement[0]
+    for statement in re.finditer(r"^CREATE TABLE (\w+) \(.*?(?=;$)", _TEXT, re.DOTALL | re.MULTILINE)
 }
 """The CREATE statements of the tables, by name; a table comes after those that it refers to."""
 
@@ -66,10 +66,10 @@ CREATE TABLE alembic_version (
 )"""
 """The CREATE statement of Alembic's table."""
 
-SHARED = {each.name: each.sql for each in IN_CATALOGUE if not each.single}
+SHARED = {column.name: column.sql for column in IN_CATALOGUE if not column.single}
 """SQL for the columns that both views have, and whose values all words of a class share."""
 
-OF_WORD = {each.name: each.sql for each in IN_CATALOGUE if each.single}
+OF_WORD = {column.name: column.sql for column in IN_CATALOGUE if column.single}
 """SQL for the columns of `catalogue` whose values differ between the words of a class."""
 
 OF_CLASS = {"words": "cycle.words", "coordinates": "orbit.coordinates", "area": "orbit.area"}

@@ -180,21 +180,21 @@ def written_spans(spans: Sequence[tuple[int, int]]) -> str:
     return f"period{'s' * are_many(spans)} {', '.join(ranges)}"
 
 
-def parse_names(text: str, known: Sequence[str]) -> tuple[str, ...]:
-    """Read names of columns, separated by commas; each must be known."""
+def parse_names(text: str, columns: Sequence[str]) -> tuple[str, ...]:
+    """Read names of columns, separated by commas; each must be one of `columns`."""
     names = tuple(name.strip() for name in text.split(","))
     for name in names:
-        if name not in known:
-            raise unknown_column(name, known)
+        if name not in columns:
+            raise unknown_column(name, columns)
     if twice := [name for place, name in enumerate(names) if name in names[:place]]:
         raise SelectionError(f"column {twice[0]!r} is named twice")
     return names
 
 
-def unknown_column(name: str, known: Sequence[str]) -> SelectionError:
+def unknown_column(name: str, columns: Sequence[str]) -> SelectionError:
     """Return the error for an unknown column; its message suggests a similar name."""
-    columns = ", ".join(dict.fromkeys(known))
-    return SelectionError(f"column {name!r}: {guess(str(name), known)}the columns are {columns}")
+    names = ", ".join(dict.fromkeys(columns))
+    return SelectionError(f"column {name!r}: {guess(str(name), columns)}the columns are {names}")
 
 
 # criteria
@@ -245,8 +245,8 @@ def chosen_by(**criteria: Unpack[Criteria]) -> Selection:
         If a criterion is invalid.
     """
     if unknown := sorted(set(criteria) - set(Criteria.__annotations__)):
-        meant, known = guess(unknown[0], Criteria.__annotations__), ", ".join(Criteria.__annotations__)
-        raise SelectionError(f"{', '.join(unknown)}: not a criterion; {meant}criteria are {known}")
+        meant, names = guess(unknown[0], Criteria.__annotations__), ", ".join(Criteria.__annotations__)
+        raise SelectionError(f"{', '.join(unknown)}: not a criterion; {meant}criteria are {names}")
     given: dict[str, Any] = {name: value for name, value in criteria.items() if value is not None}
     where, reversal = given.get("where"), given.get("time_reversal")
     if not isinstance(where, str | None):
