@@ -282,8 +282,7 @@ Codes = Annotated[list[str] | None, typer.Option("--code", help="Same as WORD; r
 """`given_codes` reads these together with `Words`."""
 
 Limit = Annotated[
-    int | None,
-    count_option(least=0, help="Maximum number of rows [default: 40 in a table, otherwise all]."),
+    int | None, count_option(least=0, help="Maximum number of rows [default: 40 in a table, otherwise all].")
 ]
 ON_SCREEN = 40
 """Default limit for a table."""
@@ -340,9 +339,7 @@ class Choice:
     reversal: Annotated[
         Literal["self", "pair"] | None,
         typer.Option(
-            "--reversal",
-            "--time-reversal",
-            help="Orbits that retrace their path (self) or do not (pair).",
+            "--reversal", "--time-reversal", help="Orbits that retrace their path (self) or do not (pair)."
         ),
     ] = None
     symmetry: Annotated[

@@ -1,10 +1,11 @@
 """Describe a word and its bounces as text for people."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import groupby, islice
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.cli.output import LONG_CODE, Format, code_text, number, write
-from orbitdb.columns import OF_BOUNCES
+from orbitdb.columns import OF_BOUNCES, Row
 from orbitdb.text import several, with_bound
 
 if TYPE_CHECKING:
@@ -22,12 +23,7 @@ def facts(
     from orbitdb.text import closed_form, exact
 
     code = orbit.code if orbit.p <= LONG_CODE else run_notation(orbit.code)
-    facts = [
-        ("code", code),
-        ("a", exact(orbit.a)),
-        ("p", str(orbit.p)),
-        ("status", orbit.status.sentence),
-    ]
+    facts = [("code", code), ("a", exact(orbit.a)), ("p", str(orbit.p)), ("status", orbit.status.sentence)]
     facts += [(f"  rule {rule.number}", rule.sentence) for rule in RULES if rule.number in orbit.rules]
     if orbit.exists:
         facts.append(("exists", lives_text(orbit.exists)))
@@ -59,6 +55,9 @@ def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
 _WALLS = ("bottom", "left, up", "top", "right, up", "left, down", "right, down")
 
 BOUNCE_COLUMNS = tuple(column.name for column in OF_BOUNCES)
+_BLOCK = 4_000
+"""Words whose bounces are computed together."""
+
 BounceRow = tuple[int, int, float, float, float, float, float]
 
 
@@ -88,6 +87,16 @@ def bounce_rows(a: float, words: Sequence[str], coordinates: Sequence[Any]) -> l
         for place, *rows in zip(places, *(column.tolist() for column in columns), strict=True):
             bounces[place] = list(zip(numbers, *rows, strict=True))
     return bounces
+
+
+def bounce_by_bounce(rows: Iterator[Row]) -> Iterator[Row]:
+    """Yield a row per bounce for rows that end with a, code and coordinates (None without an orbit)."""
+    while block := list(islice(rows, _BLOCK)):
+        for a, group in groupby(block, key=lambda row: row[-3]):
+            of_words = list(group)
+            words, coordinates = ([row[place] for row in of_words] for place in (-2, -1))
+            for row, bounces in zip(of_words, bounce_rows(a, words, coordinates), strict=True):
+                yield from ((*row[:-3], *bounce) for bounce in bounces)
 
 
 def write_bounces(orbit: "Orbit") -> None:

@@ -122,16 +122,6 @@ def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> No
             note(f"{text}{more}")
 
 
-def note_complete(moment: "Moment", stadiums: "Sequence[Selection]") -> None:
-    """Write a note, for each a, on the length up to which a list of orbits is complete."""
-    from orbitdb.answers.completeness import complete_length, describe_complete
-    from orbitdb.store.fills import read_fills
-
-    for chosen in stadiums:
-        text = describe_complete(complete_length(read_fills(moment, chosen.a), chosen), chosen)
-        note(f"at a = {exact(chosen.a)}: {text}" if len(stadiums) > 1 else text)
-
-
 _falling: Callable[[Any], Any] = cmp_to_key(
     lambda one, other: 0 if one == other else 1 if one < other else -1
 )

@@ -32,11 +32,7 @@ EXAMPLES = {
 
 
 def table(
-    *,
-    a: options.StoredHalfLengths = None,
-    p: options.Periods = None,
-    output: Output,
-    db: options.Database,
+    *, a: options.StoredHalfLengths = None, p: options.Periods = None, output: Output, db: options.Database
 ) -> None:
     """Show the paper's Table 1 for the filled periods: the numbers of words and orbits, and the entropy.
 
@@ -53,11 +49,7 @@ def table(
 
 
 def entropy(
-    *,
-    a: options.StoredHalfLengths = None,
-    choice: Choice,
-    output: Output,
-    db: options.Database,
+    *, a: options.StoredHalfLengths = None, choice: Choice, output: Output, db: options.Database
 ) -> None:
     """Compute the topological entropy of the chosen orbits, by period.
 

@@ -10,7 +10,6 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.output import Output, note, progress
-from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.text import exact
 
@@ -20,12 +19,7 @@ if TYPE_CHECKING:
     from orbitdb.benchmarks.work_precision import WorkPrecision
     from orbitdb.billiard.stadium import Stadium
 
-EXAMPLES = (
-    "bench",
-    "bench --p 9 --plot work-precision.svg",
-    "bench --kind stress --json",
-)
-_MOST = 13
+EXAMPLES = ("bench", "bench --p 9 --plot work-precision.svg", "bench --kind stress --json")
 _LEAST_SHOWN = 1e-20
 """Smaller errors, which only ball arithmetic has, are beyond the left edge of the diagram."""
 
@@ -36,11 +30,10 @@ def bench(
     *,
     context: typer.Context,
     kind: Annotated[
-        Literal["methods", "stress"],
-        typer.Option(help="Compare methods, or solve hard cases."),
+        Literal["methods", "stress"], typer.Option(help="Compare methods, or solve hard cases.")
     ] = "methods",
     a: options.HalfLength = 1.6,
-    p: options.Periods = None,
+    p: Annotated[int, options.count_option("--p", least=2, most=13, help="Period of the words.")] = 9,
     picture: Annotated[
         Path | None,
         typer.Option(
@@ -55,7 +48,7 @@ def bench(
     """Measure run time against error, or solve hard cases.
 
     methods runs Newton's method, the paper's relaxation, scipy.optimize.root and ball arithmetic on all
-    classes of one period (default 9), and shows their true errors. stress solves hard cases, and shows the
+    classes of one period, and shows their true errors. stress solves hard cases, and shows the
     errors and times. bench does not use the catalogue.
     """
     from orbitdb.billiard.stadium import Stadium
@@ -68,16 +61,7 @@ def bench(
         if not all(outcome.passed for outcome in outcomes):
             raise typer.Exit(1)
     else:
-        _compare(_period(p or "9"), Stadium(a), output, picture)
-
-
-def _period(text: str) -> int:
-    from orbitdb.store.selection import parse_periods
-
-    ((p, last), *others) = parse_periods(text)
-    if others or p != last or not 2 <= p <= _MOST:
-        raise InputError(f"periods {text!r}: give a single period from 2 to {_MOST}, such as --p 9")
-    return p
+        _compare(p, Stadium(a), output, picture)
 
 
 def _compare(p: int, stadium: "Stadium", output: Output, picture: Path | None) -> None:

@@ -58,13 +58,11 @@ def bounds(
         float | None, options.number_option("--time", help="Stop after about this many seconds.")
     ] = None,
     prove: Annotated[
-        bool,
-        typer.Option("--prove", help="Check every decision in ball arithmetic; use only proved ones."),
+        bool, typer.Option("--prove", help="Check every decision in ball arithmetic; use only proved ones.")
     ] = False,
     jobs: Jobs = None,
     store: Annotated[
-        bool | None,
-        typer.Option(help="Save the bounds in the catalogue [default: if there is one]."),
+        bool | None, typer.Option(help="Save the bounds in the catalogue [default: if there is one].")
     ] = None,
     output: Output,
     db: options.Database,

@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
-from itertools import chain, groupby, islice
+from itertools import chain
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +11,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Choice, HalfLengths, many_a
-from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
+from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_by_bounce
 from orbitdb.cli.output import note, progress
 from orbitdb.cli.reading import (
     asked_columns,
@@ -35,7 +35,6 @@ EXAMPLES = (
     "export stadium-data --dataset --p 2-11",
 )
 AFTERWORD = "'orbitdb columns' explains the columns."
-_BLOCK = 4_000
 _BETWEEN_TELLING = 1000
 _PLACED = ("a", "code", "coordinates")
 COORDINATES = "coordinates"
@@ -114,7 +113,7 @@ def export(
         with progress("sorting"):
             subsets = [choose(moment, chosen, order, by_class=classes) for chosen in stadiums]
         rows = in_order(moment, subsets, (*names, *shown_last), order, limit)
-        rows = _bounce_by_bounce(rows) if bounces else rows
+        rows = bounce_by_bounce(rows) if bounces else rows
         names += BOUNCE_COLUMNS if bounces else shown_last
         first = next(rows, None)
         if first is None:
@@ -159,13 +158,3 @@ def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:
         if count % _BETWEEN_TELLING == 0:
             shown(0, 0, f"{count:,} rows written")
         yield row
-
-
-def _bounce_by_bounce(rows: Iterator[Row]) -> Iterator[Row]:
-    """Yield one row per bounce, with the columns of its orbit first; skip words that are not orbits."""
-    while block := list(islice(rows, _BLOCK)):
-        for a, group in groupby(block, key=lambda row: row[-3]):
-            rows_at_a = list(group)
-            words, coordinates = ([row[place] for row in rows_at_a] for place in (-2, -1))
-            for row, bounces in zip(rows_at_a, bounce_rows(a, words, coordinates), strict=True):
-                yield from ((*row[: -len(_PLACED)], *bounce) for bounce in bounces)

@@ -205,12 +205,7 @@ def _rest(count: int, total: int) -> str:
 
 
 def _show_length(
-    length: float,
-    tolerance: float | None,
-    limit: int | None,
-    a: float | None,
-    db: Path,
-    output: Output,
+    length: float, tolerance: float | None, limit: int | None, a: float | None, db: Path, output: Output
 ) -> int:
     """Write the stored orbits of a given length; return the number of rows."""
     from orbitdb.answers.completeness import describe_fills

@@ -32,11 +32,7 @@ _FEW = 4
 """If the entropy is bounded at more values of a than this, only those with filled periods are listed."""
 
 
-def info(
-    *,
-    output: Output,
-    db: options.Database,
-) -> None:
+def info(*, output: Output, db: options.Database) -> None:
     """Show where the catalogue is, what it contains, and the time and disk space that it took.
 
     stored is the number of words stored so far, and seconds the elapsed time. csv, tsv and json also have the
@@ -86,7 +82,7 @@ def delete(
     contents = catalogue.contents(a, p)
     where = f"at a = {exact(a)} in {db}"
     if not contents:
-        note(f"nothing is stored {where}")
+        note(f"nothing {f'of period {p} ' if p else ''}is stored {where}")
         raise typer.Exit(1)
     if not yes:
         if not sys.stdin.isatty():

@@ -118,11 +118,9 @@ def plot(
 
     codes = list(given_codes(words, code)) if "words" in takes else []
     if "k" in takes:
-        made = _of_wave(kind, drawing, codes, k, given, a, db)
-    elif drawing is SHEET_OF_WORDS:
-        made = _sheet_of_words(codes, a, db, inches)
+        made = _of_wave(drawing, codes, k, given, a, db)
     elif "words" in takes:
-        made = _of_word(kind, drawing, codes, a, db)
+        made = _of_words(kind, drawing, codes, a, db, inches)
     else:
         values = {"limit": limit, "order": order, "size": inches, "given": given, "grid": named(a) or ()}
         further = {name: values[name] for name in drawing.further}
@@ -161,67 +159,61 @@ def _draw(drawing: Drawing, *what: Any, **further: Any) -> "Figure":
 
 
 def _of_wave(
-    kind: Kind,
-    drawing: Drawing,
-    codes: Sequence[str],
-    k: float | None,
-    given: GivenLevels,
-    a: Asked,
-    db: Path,
+    drawing: Drawing, codes: Sequence[str], k: float | None, given: GivenLevels, a: Asked, db: Path
 ) -> "Figure":
     """Draw the wave of the level nearest to k; if a code is given, draw its orbit on top."""
     if k is None or not 0 < k < _MOST_K:
-        raise InputError(f"plot {kind} --k: give the level, above 0 and below {_MOST_K:g}, such as --k 20.17")
+        raise InputError(f"give the level, above 0 and below {_MOST_K:g}, such as --k 20.17")
     if (parity := given.of_one()) is None:
-        raise InputError(f"plot {kind}: name one parity, such as --parity ee")
+        raise InputError("name one parity, such as --parity ee")
     if len(codes) > 1:
-        raise InputError(f"plot {kind}: name one orbit at most")
+        raise InputError("name one orbit at most")
     (at,) = meant(db, a)
     with progress("waves"):
-        return _draw(drawing, at, k, parity, _drawable(codes[0], at, db) if codes else None)
+        return _draw(drawing, at, k, parity, next(iter(_orbits(codes, at, db)), None))
 
 
-def _sheet_of_words(codes: Sequence[str], a: Asked, db: Path, size: tuple[float, float] | None) -> "Figure":
-    """Draw the orbits of the given words, stored or solved now; note which words are not orbits."""
+def _of_words(
+    kind: Kind, drawing: Drawing, codes: Sequence[str], a: Asked, db: Path, size: tuple[float, float] | None
+) -> "Figure":
+    """Draw the orbit of a single word, or several on a sheet; they are read or solved."""
+    if kind == "sheet":
+        (at,) = meant(db, a)
+        orbits = _orbits(codes, at, db)
+        return _draw(drawing, orbits, f"{several(len(orbits), 'orbit')} at a = {exact(at)}", size)
+    if len(codes) != 1:
+        raise InputError(f"name one orbit to draw: plot {kind} 1232131")
+    if kind == "life":
+        with progress("following"):
+            return _draw(drawing, _followed(codes[0]))
+    (at,) = meant(db, a)
+    return _draw(drawing, *_orbits(codes, at, db))
+
+
+def _orbits(codes: Sequence[str], a: float, db: Path) -> "list[Orbit]":
+    """Return the orbits of words, stored or solved now, except those without a path; raise if all are."""
     from orbitdb.store.lookup import find_or_solve
 
-    (at,), catalogue = meant(db, a), known_catalogue(db)
-    orbits = [find_or_solve(catalogue, primitive(code), at) for code in codes]
+    catalogue = known_catalogue(db)
+    orbits = [find_or_solve(catalogue, primitive(code), a) for code in codes]
+    drawn = [orbit for orbit in orbits if orbit.points is not None]
     for orbit in orbits:
         if orbit.points is None:
-            note(f"{code_text(orbit.code)} is left out: {orbit.status.sentence}")
-    drawn = [orbit for orbit in orbits if orbit.points is not None]
-    if not drawn:
-        raise InputError("none of these words is an orbit that can be drawn")
-    return _draw(SHEET_OF_WORDS, drawn, f"{several(len(drawn), 'orbit')} at a = {exact(at)}", size)
+            text = f"{code_text(orbit.code)} at a = {exact(a)} cannot be drawn: {orbit.status.sentence}"
+            if not drawn:
+                raise InputError(text)
+            note(text)
+    return drawn
 
 
-def _of_word(kind: Kind, drawing: Drawing, codes: Sequence[str], a: Asked, db: Path) -> "Figure":
-    """Draw the orbit of a single word, stored or solved now."""
+def _followed(code: str) -> "Orbit":
+    """Return the orbit of a word with the ranges of a in which it exists; raise if there are none."""
     from orbitdb.orbits.newton import solve_word
     from orbitdb.store.lookup import with_existence
 
-    if len(codes) != 1:
-        raise InputError(f"name one orbit to draw: plot {kind} 1232131")
-    if kind != "life":
-        (at,) = meant(db, a)
-        return _draw(drawing, _drawable(codes[0], at, db))
-    with progress("following"):
-        orbit = with_existence(solve_word(primitive(codes[0]), USUAL_A))
-        if orbit.exists is None:
-            raise InputError(f"{code_text(orbit.code)} is too long to be followed as a changes")
-        if not orbit.exists:
-            raise InputError(f"{code_text(orbit.code)} is not an orbit at any a: {orbit.status.sentence}")
-        return _draw(drawing, orbit)
-
-
-def _drawable(code: str, a: float, db: Path) -> "Orbit":
-    """Return the orbit of a code, stored or solved now; raise if it has no coordinates."""
-    from orbitdb.store.lookup import find_or_solve
-
-    orbit = find_or_solve(known_catalogue(db), primitive(code), a)
-    if orbit.points is None:
-        raise InputError(
-            f"{code_text(orbit.code)} at a = {exact(a)} cannot be drawn: {orbit.status.sentence}"
-        )
+    orbit = with_existence(solve_word(primitive(code), USUAL_A))
+    if orbit.exists is None:
+        raise InputError(f"{code_text(orbit.code)} is too long to be followed as a changes")
+    if not orbit.exists:
+        raise InputError(f"{code_text(orbit.code)} is not an orbit at any a: {orbit.status.sentence}")
     return orbit

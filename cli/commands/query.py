@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Choice, given_codes, many_a, primitive
+from orbitdb.cli.options import Choice, HalfLengths, given_codes, many_a, primitive
 from orbitdb.cli.output import Format, Output, beside, code_text, note, write_facts
 from orbitdb.cli.reading import (
     asked_columns,
@@ -19,7 +19,6 @@ from orbitdb.cli.reading import (
     in_order,
     known_catalogue,
     meant,
-    note_complete,
     note_gaps,
     note_nothing,
     reading,
@@ -93,6 +92,8 @@ def query(
         return
     if bounces:
         raise InputError("--bounces needs WORD; 'orbitdb export --bounces' writes the bounces of many orbits")
+    from orbitdb.answers.completeness import complete_length, describe_complete
+    from orbitdb.store.fills import read_fills
     from orbitdb.store.query import choose
 
     names = asked_columns(columns, TABLE_COLUMNS if output.for_people else WRITTEN, a)
@@ -108,7 +109,10 @@ def query(
         if not total:
             note_nothing(moment, *stadiums)
         elif _by_length(order, limit, stadiums[0]):
-            note_complete(moment, stadiums)
+            for chosen in stadiums:
+                complete = complete_length(read_fills(moment, chosen.a), chosen)
+                at = f"at a = {exact(chosen.a)}: " if len(stadiums) > 1 else ""
+                note(f"{at}{describe_complete(complete, chosen)}")
     if total and output.table:
         rest = "" if offset else f", --limit {total} shows all"
         more = f"; {count} shown{rest}" if total > count else ""
@@ -128,7 +132,7 @@ def _by_length(order: str, limit: int | None, chosen: "Selection") -> bool:
 
 def _show_words(
     codes: list[str],
-    a: list[options.HalfLengths] | None,
+    a: list[HalfLengths] | None,
     db: Path,
     columns: str | None,
     bounces: bool,
@@ -164,14 +168,11 @@ def _show_words(
 
 
 def _show_bounces(keys: Sequence[str], orbits: "Sequence[Orbit]", many: bool, output: Output) -> int:
-    from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_rows
+    from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_by_bounce
 
-    rows = (
-        (*(_value(orbit, key) for key in keys), *bounce)
-        for orbit in orbits
-        for bounce in bounce_rows(orbit.a, [orbit.code], [orbit.coordinates])[0]
-    )
-    count = output.write((*keys, *BOUNCE_COLUMNS), rows)
+    shown = (*keys, "a", "code", "coordinates")
+    rows = ([_value(orbit, key) for key in shown] for orbit in orbits)
+    count = output.write((*keys, *BOUNCE_COLUMNS), bounce_by_bounce(rows))
     for orbit in orbits:
         if orbit.coordinates is None:
             at = f" at a = {exact(orbit.a)}" if many else ""

@@ -69,8 +69,7 @@ def verify(
     ] = 0,
     seed: Annotated[int, options.count_option(least=0, help="Seed for --sample and --restarts.")] = 0,
     rigorous: Annotated[
-        bool,
-        typer.Option("--rigorous", help="Prove every row in ball arithmetic and store its certificate."),
+        bool, typer.Option("--rigorous", help="Prove every row in ball arithmetic and store its certificate.")
     ] = False,
     births: Annotated[
         bool,
@@ -88,7 +87,6 @@ def verify(
     choose them, even in a partly filled period. Quantum levels are checked unless you choose periods.
     """
     from orbitdb.answers.completeness import unfilled
-    from orbitdb.billiard.stadium import Stadium
     from orbitdb.store.file import reading
     from orbitdb.store.selection import Selection
     from orbitdb.verification.verify import verifiable, verified
@@ -103,7 +101,7 @@ def verify(
     missing: list[str] = []
     with reading(db) as moment:
         stored = verifiable(moment)
-        stadiums = stored if a is None else [Stadium(a).a]
+        stadiums = stored if a is None else [a]
         subset = choice.at(USUAL_A)
         chosen = [replace(subset, a=at) for at in stadiums]  # a stored value may be invalid
         if a is not None and stadiums[0] not in stored:
