@@ -10,6 +10,7 @@ import pickle
 import signal
 import sys
 import threading
+import weakref
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, ThreadPoolExecutor
@@ -84,6 +85,7 @@ class Processes(Workers):
         self._processes: list[BaseProcess] = []
         self._unsolved: dict[Connection, int] = {}  # number of blocks that each process has
         self._numbers = count()
+        self._end = weakref.finalize(self, _kill, self._processes, self._unsolved)  # at the latest at exit
 
     def __enter__(self) -> Self:
         context = get_context("spawn")
@@ -100,11 +102,7 @@ class Processes(Workers):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for process in self._processes:
-            process.kill()
-            process.join()
-        for pipe in self._unsolved:
-            pipe.close()
+        self._end()
 
     def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
         """Yield the results of the blocks in order.
@@ -146,6 +144,14 @@ class Processes(Workers):
         for pipe in (pipe for pipe in self._unsolved if pipe in ready):
             yield pipe.recv()
             self._unsolved[pipe] -= 1
+
+
+def _kill(processes: Iterable[BaseProcess], pipes: Iterable[Connection]) -> None:
+    for process in processes:
+        process.kill()
+        process.join()
+    for pipe in pipes:
+        pipe.close()
 
 
 _one_at_a_time = threading.Lock()

@@ -117,7 +117,7 @@ def test_no_partial_file_stays(stored, tmp_path):
 def test_an_ignored_hangup_stays_ignored(tmp_path):
     """This is how nohup runs a command."""
     ignoring = ["sh", "-c", 'trap "" HUP; exec "$@"', "sh", *COMMAND]
-    started = start("bench", "--p", "9", command=ignoring)
+    started = start("fill", "--p", "15", "--db", tmp_path / "new.db", command=ignoring)
     assert there(started.stderr).readline()  # the announcement of its work
     started.send_signal(signal.SIGHUP)
     with pytest.raises(subprocess.TimeoutExpired):

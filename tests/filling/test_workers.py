@@ -120,6 +120,18 @@ with Processes(2) as workers:
         assert (done.stdout, done.stderr) == ("[3, 4]\n", "")
 
 
+def test_processes_that_a_script_forgets_end_with_it():
+    script = """
+import time
+from functools import partial
+from orbitdb.filling.workers import Processes
+workers = Processes(2).__enter__()
+print(next(workers.solved([partial(int, 3), *[partial(time.sleep, 600)] * 4])))
+"""
+    done = run("-c", script, command=[sys.executable])
+    assert (done.returncode, done.stdout, done.stderr) == (0, "3\n", "")
+
+
 def test_only_processors_this_process_may_use_are_counted(monkeypatch):
     monkeypatch.setattr(os, "sched_getaffinity", {0: {5, 7, 11}}.get, raising=False)
     assert cores() == 3
