@@ -64,7 +64,15 @@ class Counted:
 
 
 def count(moment: Moment, selection: Selection) -> Counted:
-    """Return the counts of each chosen period: from its fill, else from a sweep, else from births."""
+    """Return the counts of each chosen period: from its fill, else from a sweep, else from births.
+
+    Raises `SelectionError` if the selection has criteria other than a and periods.
+    """
+    if selection != Selection(selection.a, selection.periods):
+        raise SelectionError(
+            "a table counts all words of its periods: give only a and p, or count the rows of a subset "
+            "with select(...).table()"
+        )
     from orbitdb.orbits.exponents import Tally
 
     names = ("n_t", "n_c", "classes", "boundary", "unresolved")
@@ -82,15 +90,6 @@ def count(moment: Moment, selection: Selection) -> Counted:
     swept = tuple(sweep.p for sweep in sweeps if selection.includes(sweep.p))
     counted = tuple(p for p in born if selection.includes(p))
     return Counted(selection.a, dict(sorted(tallies.items())), chosen, counted, swept)
-
-
-def need_periods_alone(chosen: Selection) -> None:
-    """Raise `SelectionError` if a selection has criteria other than ``a`` and periods."""
-    if chosen != Selection(chosen.a, chosen.periods):
-        raise SelectionError(
-            "a table counts all words of its periods: give only a and p, or count the rows of a subset "
-            "with select(...).table()"
-        )
 
 
 def gaps(

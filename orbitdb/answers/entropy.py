@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from orbitdb.answers.completeness import Counted, count, gaps, need_periods_alone
+from orbitdb.answers.completeness import Counted, count, gaps
 from orbitdb.answers.results import PROVED, TABLE, Result
 from orbitdb.answers.whole_periods import Periods, WholePeriods, all_orbits, read_noted, with_lower
 from orbitdb.arrays import Integers
@@ -27,7 +27,6 @@ _EDGES = 10
 
 def table(moment: Moment, chosen: Selection) -> Result:
     """Return the paper's Table 1 (`Catalogue.table`)."""
-    need_periods_alone(chosen)
     counted = count(moment, chosen)
     notes = _gaps(moment, chosen, counted)
     for p in counted.chosen:
@@ -76,7 +75,8 @@ def entropy(moment: Moment, chosen: Selection) -> Result:
         notes = _uncounted(moment, chosen)
         subset = read_noted(moment, chosen, notes, swept=False)
         return Result(chosen, {}, (), tuple(notes)) if subset is None else entropy_of_rows(subset, notes)
-    counted, orbits = count(moment, wide := with_lower(chosen)), replace(chosen, statuses=(Status.ORBIT,))
+    orbits, wide = replace(chosen, statuses=(Status.ORBIT,)), with_lower(chosen)
+    counted = count(moment, Selection(wide.a, wide.periods))
     notes = _gaps(moment, chosen, counted)
     periods = Periods(orbits, wide, counted.chosen)
     if not periods.shown:

@@ -1,6 +1,6 @@
 """`FilledCatalogue`, the part of `Catalogue` that fills and checks its file, and deletes from it."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -10,21 +10,13 @@ from orbitdb.errors import InputError, checked_methods, need_whole
 from orbitdb.extras import Rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, telling
-from orbitdb.store.selection import (
-    Criteria,
-    Selection,
-    chosen_by,
-    chosen_periods,
-    with_criteria,
-)
+from orbitdb.store.selection import Criteria, Selection, chosen_by, chosen_periods, with_criteria
 
 if TYPE_CHECKING:
     import numpy as np
 
     from orbitdb.entropy.bounds import EntropyBounds
     from orbitdb.filling.workers import Workers
-    from orbitdb.quantum.levels import Levels
-    from orbitdb.quantum.weyl import Parity
     from orbitdb.store.fills import Contents, Fill, Sweep
     from orbitdb.store.lives import BirthFill
     from orbitdb.trajectories.ensemble import Reference
@@ -69,8 +61,6 @@ class FilledCatalogue(StoredCatalogue):
             An open `orbitdb.filling.workers.Cluster` to use instead of local processes.
         progress : callable, optional
             Function called with the amount done, the total, and a text. By default, a notebook shows a bar.
-        a : float, optional
-            Half length of the stadium; by default the catalogue's.
 
         Returns
         -------
@@ -172,8 +162,6 @@ class FilledCatalogue(StoredCatalogue):
             The same seed gives the same result; a generator draws one.
         legwise : bool, optional
             Whether to sample leg by leg and use exact means, which makes the errors much smaller.
-        progress, a : optional
-            As for `fill`.
         """
         from orbitdb.filling import records
 
@@ -205,8 +193,6 @@ class FilledCatalogue(StoredCatalogue):
             Stop when the bounds differ by at most this width, or after about this many seconds.
         balls : bool, optional
             Whether to check every decision in ball arithmetic, and use only those that it proves.
-        progress, a : optional
-            As for `fill`.
 
         Returns
         -------
@@ -221,36 +207,6 @@ class FilledCatalogue(StoredCatalogue):
         with telling(progress, "bounds") as tell:
             *_, last = records.find_bounds(self.path, [at], limits, proofs, 1, tell, asked)
         return last
-
-    def fill_levels(
-        self,
-        low: float = 0.0,
-        high: float | None = None,
-        *,
-        parities: "Sequence[Parity | str] | str | None" = None,
-        jobs: int | None = 1,
-        progress: Tell | None = None,
-        a: float | None = None,
-    ) -> "Levels":
-        """Find and store all quantum levels with low <= k < high, each with an estimated error.
-
-        Parameters
-        ----------
-        low, high : float
-            The range of wavenumbers, in 1/radius. As in Python's `range`, a single number is the upper end.
-        parities : str or sequence of str, optional
-            Some of ``ee``, ``eo``, ``oe``, ``oo``: even (e) or odd (o) in x, then in y; by default all four.
-        jobs, progress, a : optional
-            As for `fill`.
-        """
-        from orbitdb.filling import records
-        from orbitdb.quantum.levels import Levels
-        from orbitdb.quantum.weyl import parities_of
-
-        at, (low, high) = Stadium(self._at(a)), (0.0, low) if high is None else (low, high)
-        with telling(progress, "levels") as tell:
-            windows = records.find_levels(self.path, at, low, high, parities_of(parities), jobs, tell)
-        return Levels.joined(at.a, low, high, windows)
 
     @with_criteria
     def verify(

@@ -1,9 +1,8 @@
 """`StoredCatalogue`, the part of `Catalogue` that opens its file and lists what it contains."""
 
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 from orbitdb.answers.completeness import describe_fills
 from orbitdb.billiard.stadium import Stadium
@@ -15,13 +14,7 @@ from orbitdb.store.fills import best_reference, bounds_by_a, read_fills, read_sw
 from orbitdb.store.lives import read_birth_fills, read_lives
 from orbitdb.store.lookup import WITH_ORBITS, a_meant, a_values, meant
 from orbitdb.store.paths import default_path, home_expanded
-from orbitdb.store.selection import (
-    Criteria,
-    Selection,
-    SelectionError,
-    chosen_by,
-    fillable,
-)
+from orbitdb.store.selection import Criteria, Selection, SelectionError, chosen_by, fillable
 
 if TYPE_CHECKING:
     import sqlalchemy
@@ -31,6 +24,8 @@ if TYPE_CHECKING:
     from orbitdb.store.fills import Contents, Fill, Sweep
     from orbitdb.store.lives import BirthFill
     from orbitdb.trajectories.ensemble import Reference
+
+_Answer = TypeVar("_Answer")
 
 _SHOWN = 4
 """Maximum number of further values of ``a`` in a repr."""
@@ -150,8 +145,6 @@ class StoredCatalogue:
 
         Parameters
         ----------
-        a : float, optional
-            Half length of the stadium; by default the catalogue's.
         proof : str, optional
             ``doubles`` or ``balls``, for bounds proved in this arithmetic only; by default in either.
         """
@@ -181,14 +174,17 @@ class StoredCatalogue:
         with self._file.moment() as moment:
             return contents(moment, chosen.a, chosen.periods)
 
-    @contextmanager
-    def _question(
-        self, selection: Selection | None, criteria: Criteria
-    ) -> Iterator[tuple[Moment, Selection]]:
-        """Open a moment of the file, and yield it together with the chosen subset."""
+    def _answer(
+        self,
+        function: Callable[..., _Answer],
+        selection: Selection | None,
+        criteria: Criteria,
+        *arguments: Any,
+    ) -> _Answer:
+        """Call a function with a moment of the file, the chosen subset and further arguments."""
         chosen = self._chosen(selection, criteria)
         with self._file.moment() as moment:
-            yield moment, chosen
+            return function(moment, chosen, *arguments)
 
     def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:
         if selection is not None and criteria:
