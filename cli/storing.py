@@ -103,7 +103,7 @@ class Solvers:
         if self.scheduler is None:
             yield None
             return
-        from orbitdb.filling.workers import Cluster
+        from orbitdb.filling.cluster import Cluster
 
         with _quiet_dask(), Cluster(os.path.expanduser(self.scheduler)) as cluster:
             workers, threads = cluster.size()

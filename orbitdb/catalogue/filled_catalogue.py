@@ -58,7 +58,7 @@ class FilledCatalogue(StoredCatalogue):
         method : str, optional
             ``newton``, or ``relaxation`` for the paper's method, which is slow.
         workers : Workers, optional
-            An open `orbitdb.filling.workers.Cluster` to use instead of local processes.
+            An open `orbitdb.filling.cluster.Cluster` to use instead of local processes.
         progress : callable, optional
             Function called with the amount done, the total, and a text. By default, a notebook shows a bar.
 

@@ -1,10 +1,8 @@
-"""Solve blocks in this process, in several processes at once, or on a cluster of machines.
+"""Solve blocks in this process or in several processes at once (`orbitdb.filling.cluster`: on a cluster).
 
 Results come in the order of the blocks. The number of blocks in progress is limited, to limit the memory.
 """
 
-import json
-import operator
 import os
 import pickle
 import signal
@@ -13,29 +11,21 @@ import threading
 import weakref
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import CancelledError, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from functools import partial
 from itertools import count, islice
 from multiprocessing import connection, get_context, parent_process, resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from pathlib import Path
 from traceback import format_exception
-from types import ModuleType, TracebackType
-from typing import TYPE_CHECKING, Any, Self, TypeAlias, TypeVar
+from types import ModuleType
+from typing import Any, Self, TypeAlias, TypeVar
 
-from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError, need_whole
-from orbitdb.extras import load
-
-if TYPE_CHECKING:
-    from distributed import Client
-    from distributed import Future as DaskTask
 
 Answer = TypeVar("Answer")
 
-_AHEAD = 2
+AHEAD = 2
 """Number of blocks in progress per worker, so that no worker waits for the writer."""
 
 _WORTH_PROCESSES = 1.0
@@ -62,8 +52,30 @@ class Workers:
     jobs = 1
 
     def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
-        """Yield the results of the blocks in order."""
-        return (block() for block in blocks)
+        """Yield the results of the blocks in order.
+
+        Raises
+        ------
+        WorkError
+            If processes die, the connection to a cluster is lost, or a cluster cannot solve a block.
+        """
+        left, begun = iter(blocks), deque[Any]()
+        while True:
+            begun.extend(map(self._begin, islice(left, self._ahead() + 1 - len(begun))))
+            if not begun:
+                return
+            yield self._result(begun.popleft())
+
+    def _ahead(self) -> int:
+        """Return how many blocks may be in progress besides the one whose result is yielded next."""
+        return 0
+
+    def _begin(self, block: Task[Any]) -> Any:
+        """Begin to solve a block, and return what `_result` needs to know."""
+        return block
+
+    def _result(self, begun: Any) -> Any:
+        return begun()
 
 
 HERE = Workers()
@@ -84,7 +96,8 @@ class Processes(Workers):
         self.jobs = jobs
         self._processes: list[BaseProcess] = []
         self._unsolved: dict[Connection, int] = {}  # number of blocks that each process has
-        self._numbers = count()
+        self._numbers, self._last = count(), -1
+        self._answers: dict[int, tuple[Any, Exception | None]] = {}
         self._end = weakref.finalize(self, _kill, self._processes, self._unsolved)  # at the latest at exit
 
     def __enter__(self) -> Self:
@@ -99,51 +112,51 @@ class Processes(Workers):
                 self._unsolved[pipe] = 0
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self._end()
 
     def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
-        """Yield the results of the blocks in order.
+        """Yield the results of the blocks in order; drop those of an earlier call that was given up."""
+        self._last = next(self._numbers)
+        self._answers.clear()
+        return super().solved(blocks)
 
-        Raises
-        ------
-        WorkError
-            If a process dies.
-        """
-        left, begun = iter(blocks), deque[int]()
-        answers: dict[int, tuple[Answer, Exception | None]] = {}
-        while True:
-            try:
-                begun.extend(map(self._begin, islice(left, _AHEAD * self.jobs + 1 - len(begun))))
-                while begun and begun[0] not in answers:
-                    answers.update(self._received())
-            except (EOFError, OSError):
-                raise WorkError(
-                    "a worker process died; nothing stored is lost, and the same command continues from "
-                    "there: if memory is short, use fewer processes with --jobs"
-                ) from None
-            if not begun:
-                return
-            answer, error = answers.pop(begun.popleft())
-            if error is not None:
-                raise error
-            yield answer
+    def _ahead(self) -> int:
+        return AHEAD * self.jobs
 
     def _begin(self, block: Task[Any]) -> int:
         """Send a block to the process that has the fewest; return its number."""
         number, pipe = next(self._numbers), min(self._unsolved, key=self._unsolved.__getitem__)
-        pipe.send((number, block))
+        with _alive():
+            pipe.send((number, block))
         self._unsolved[pipe] += 1
         return number
 
-    def _received(self) -> Iterator[tuple[int, tuple[Any, Exception | None]]]:
-        """Wait for results; yield each with the number of its block."""
-        ready = connection.wait([*self._unsolved])
-        for pipe in (pipe for pipe in self._unsolved if pipe in ready):
-            yield pipe.recv()
-            self._unsolved[pipe] -= 1
+    def _result(self, begun: int) -> Any:
+        while begun not in self._answers:
+            ready = connection.wait([*self._unsolved])
+            for pipe in (pipe for pipe in self._unsolved if pipe in ready):
+                with _alive():
+                    number, answer = pipe.recv()
+                self._unsolved[pipe] -= 1
+                if number > self._last:
+                    self._answers[number] = answer
+        answer, error = self._answers.pop(begun)
+        if error is not None:
+            raise error
+        return answer
+
+
+@contextmanager
+def _alive() -> Iterator[None]:
+    """Say that a process died if its pipe ends."""
+    try:
+        yield
+    except (EOFError, OSError):
+        raise WorkError(
+            "a worker process died; nothing stored is lost, and the same command continues from there: "
+            "if memory is short, use fewer processes with --jobs"
+        ) from None
 
 
 def _kill(processes: Iterable[BaseProcess], pipes: Iterable[Connection]) -> None:
@@ -239,164 +252,3 @@ def at_work(seconds: float, jobs: int | None = None, workers: Workers | None = N
         return
     with Processes(number) as processes:
         yield processes
-
-
-SCHEDULER_PATIENCE = 8.0
-"""Seconds to wait for an answer from the scheduler of a cluster."""
-
-
-class Cluster(Workers):
-    """Context manager that solves blocks on the workers of a dask cluster, through dask.distributed.
-
-    Workers may come and go; dask repeats the blocks of a worker that is lost. Results stay on the workers
-    until they are needed, so the memory of the storing process does not grow with the cluster. (dask's own
-    executor, `Client.get_executor`, fetches every result at once, and its futures hang if a result cannot be
-    read.)
-
-    Parameters
-    ----------
-    scheduler : str
-        Address of the scheduler, such as ``tcp://host:8786``, or path of the file that it wrote
-        (``--scheduler-file``). TLS is set in dask's configuration.
-
-    Attributes
-    ----------
-    jobs : int
-        Number of threads of the workers when the connection was made, at least 1.
-    """
-
-    def __init__(self, scheduler: str) -> None:
-        self.scheduler = scheduler
-        self._client: Client
-
-    def __enter__(self) -> Self:
-        """Connect to the scheduler.
-
-        Raises
-        ------
-        InputError
-            If no scheduler answers.
-        ModuleNotFoundError
-            If dask is not installed (extra ``dask``).
-        """
-        self._client = _connect(self.scheduler)
-        self.jobs = max(self.size()[1], 1)
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._client.close()  # the scheduler drops the blocks in progress
-
-    def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
-        """Yield the results of the blocks in order.
-
-        Raises
-        ------
-        WorkError
-            If the connection is lost, or a block kills several workers or cannot be solved.
-        """
-        left = iter(blocks)
-        begun: deque[DaskTask] = deque()
-        while True:
-            ahead = _AHEAD * max(self.size()[1], 1)  # the number of workers may grow
-            begun.extend(map(self._begin, islice(left, ahead + 1 - len(begun))))
-            if not begun:
-                return
-            with _failures():
-                version, answer = begun.popleft().result()
-            if version != __version__:
-                raise WorkError(f"a worker runs orbitdb {version}: install {__version__} there, too")
-            yield answer
-
-    def size(self) -> tuple[int, int]:
-        """Return the numbers of workers and of all their threads."""
-        with _failures():
-            threads = self._running().nthreads().values()
-        return len(threads), sum(threads)
-
-    def _begin(self, block: Task[Any]) -> "DaskTask":
-        with _failures():
-            client, task = self._running(), pickle.dumps(partial(_solve_there, block))
-            return client.submit(operator.call, client.submit(pickle.loads, task, pure=False), pure=False)
-
-    def _running(self) -> "Client":
-        if self._client.status != "running":
-            raise ConnectionError  # otherwise a call would wait until the scheduler is back
-        return self._client
-
-
-def _solve_there(block: Task[Any]) -> tuple[str, Any]:
-    """Solve a block; return the version of orbitdb and the result.
-
-    The block is sent as bytes. A worker without orbitdb then fails only at this task, and reports it. A task
-    that a worker could not even receive would kill that worker, and then the others one by one.
-    """
-    return __version__, block()
-
-
-def _connect(scheduler: str) -> "Client":
-    load("distributed", "a cluster", "dask")
-    import asyncio
-
-    from distributed import Client
-    from distributed.comm import connect
-    from distributed.security import Security
-
-    async def call(address: str) -> None:
-        """Check that a scheduler answers, because Client would hang if some other server answered."""
-        call = connect(address, timeout=SCHEDULER_PATIENCE, **security.get_connection_args("client"))
-        (await asyncio.wait_for(call, SCHEDULER_PATIENCE)).abort()
-
-    security, address = Security(), _address(scheduler)
-    try:
-        with ThreadPoolExecutor(1) as apart:  # an event loop may be running here, as in a notebook
-            apart.submit(asyncio.run, call(address)).result()
-        return Client(address, timeout=SCHEDULER_PATIENCE, security=security, set_as_default=False)
-    except Exception as error:
-        reason = "" if isinstance(error, OSError) else f" ({_line(error)})"
-        raise InputError(
-            f"no dask scheduler answers at {address}{reason}: give the address that it shows when it starts, "
-            "such as tcp://host:8786, or its --scheduler-file"
-        ) from error
-
-
-def _address(scheduler: str) -> str:
-    """Return the address of the scheduler, read from its file if a file is given."""
-    if not os.path.isfile(scheduler):
-        return scheduler
-    try:
-        return str(json.loads(Path(scheduler).read_text())["address"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{scheduler} was not written by a dask scheduler") from error
-
-
-@contextmanager
-def _failures() -> Iterator[None]:
-    """Say in one line why the cluster did not solve a block."""
-    from distributed import KilledWorker
-
-    try:
-        yield
-    except KilledWorker as error:
-        times = error.allowed_failures + 1
-        reason = (
-            f"workers of the cluster died {times} times on the same block: see their logs; if memory is "
-            "short, start fewer on each machine"
-        )
-    except ModuleNotFoundError as error:
-        reason = f"a worker of the cluster cannot start ({_line(error)}): install orbitdb {__version__} there"
-    except (CancelledError, OSError):
-        reason = (
-            "the connection to the dask scheduler was lost; nothing stored is lost: when the scheduler is "
-            "back, run the same command again, and it continues from there"
-        )
-    except Exception as error:
-        reason = f"the cluster could not solve a block: {type(error).__name__}: {_line(error)}"
-    else:
-        return
-    raise WorkError(reason)
-
-
-def _line(error: Exception) -> str:
-    return next(iter(str(error).splitlines()), "") or type(error).__name__

@@ -200,18 +200,11 @@ def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -
         forces + _SHARE * forces.max(axis=0) + _LEAST * slopes.beyond for forces in (np.abs(pull), forcing)
     ])  # fmt: skip
     v, u = solve_cyclic(diagonal, -np.abs(beside), rhs)
-    return _Middle(alpha, off, drift, _left_over(legs, a, diagonal, beside, pull, drift), v, u)
-
-
-def _left_over(
-    legs: Chain, a: Floats, diagonal: Floats, beside: Floats, pull: Floats, drift: Floats
-) -> Floats:
-    """Bound the residual of the equations of the drift, A drift = -pull, including rounding."""
+    residual = diagonal * drift + beside * preceding(drift) + following(beside) * following(drift) + pull
     size = np.abs(drift)
     neighbours = size + preceding(size) + following(size)
     rounding = _TERMS * (2 * a + np.abs(legs.lift) + 3) * (1 + neighbours)
-    total = diagonal * drift + beside * preceding(drift) + following(beside) * following(drift) + pull
-    return np.abs(total) + rounding
+    return _Middle(alpha, off, drift, np.abs(residual) + rounding, v, u)
 
 
 def _bounded(legs: Chain, a: Floats, r: Floats, box: tuple[Floats, Floats], middle: _Middle) -> _Bounds:

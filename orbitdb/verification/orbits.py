@@ -390,7 +390,7 @@ def _distances(stored: Orbits, enclosed: "Sequence[Enclosure]", stadium: Stadium
     """
     from orbitdb.orbits.balls import true_errors
 
-    distances = np.array(true_errors(stored, enclosed)).reshape(5, len(stored))
+    distances = true_errors(stored, enclosed)
     place = stored.error + rounding_of_places(stadium)
     allowed = np.stack([stored.error, stored.length_error, stored.lyapunov_error, stored.area_error, place])
     stabilisers = np.array([class_of(word).stabiliser for word in to_strings(stored.words)], np.uint8)

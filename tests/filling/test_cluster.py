@@ -16,7 +16,8 @@ from workforce import Deadly, Failing, filled_by
 
 from orbitdb import __version__
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.workers import HERE, Cluster
+from orbitdb.filling.cluster import Cluster
+from orbitdb.filling.workers import HERE
 
 if TYPE_CHECKING:  # importing it takes a second
     from distributed import LocalCluster
@@ -70,7 +71,7 @@ def test_a_cluster_of_two_threads_fills_a_catalogue(tmp_path, monkeypatch, cli):
                 with pytest.raises(WorkError, match="connection to the dask scheduler was lost"):
                     ask()
         wait_until(lambda: not cluster.scheduler.tasks)
-    monkeypatch.setattr("orbitdb.filling.workers.SCHEDULER_PATIENCE", 0.5)
+    monkeypatch.setattr("orbitdb.filling.cluster.SCHEDULER_PATIENCE", 0.5)
     with pytest.raises(InputError, match=f"answers at {cluster.scheduler_address}: give"):
         Cluster(str(file)).__enter__()
     with pytest.raises(InputError, match=r"answers at foo://there:1 \(.+\): give"):
@@ -107,7 +108,7 @@ class Silent(socketserver.BaseRequestHandler):
 @pytest.mark.parametrize("listens", [False, True])
 @pytest.mark.slow
 def test_a_missing_scheduler_is_reported_in_one_line(tmp_path, monkeypatch, cli, listens):
-    monkeypatch.setattr("orbitdb.filling.workers.SCHEDULER_PATIENCE", 0.5)
+    monkeypatch.setattr("orbitdb.filling.cluster.SCHEDULER_PATIENCE", 0.5)
     with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Silent, bind_and_activate=listens) as server:
         server.daemon_threads = True
         address = f"127.0.0.1:{server.server_address[1] or 1}"
