@@ -1,7 +1,6 @@
 """Defaults in help texts, their effect, and the values that shell completion offers."""
 
 import re
-import time
 from collections.abc import Callable
 from inspect import signature
 from itertools import chain
@@ -9,14 +8,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from processes import kill_group, start, workers_of
 
 from orbitdb import Catalogue, Stadium
 from orbitdb.answers.identification import NEAR, SAME_LENGTH, SHOWN
 from orbitdb.cli.app import PANELS
 from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
 from orbitdb.filling.fill import fill_periods
-from orbitdb.filling.workers import cores
 from orbitdb.trajectories.ensemble import simulate
 from orbitdb.trajectories.trajectory import BOUNCES
 from orbitdb.verification.verify import verify
@@ -106,30 +103,3 @@ def test_completion_offers_nothing_from_a_file_that_is_not_a_catalogue(tmp_path)
     context: Any = SimpleNamespace(params={"db": path})
     assert offered_half_lengths(context) == []
     assert offered_several_half_lengths(context) == ["all"]
-
-
-LITTLE = """
-fill --p 11; sweep --p 12; births --p 9; levels --k 0:4 --parity ee; bounds --a 1:2:2 --window 8; verify;
-births --p 11 --jobs 1
-"""
-MUCH = """
-fill --p 13; sweep --p 14; births --p 11; levels --k 0:24; bounds --a 1:2:4 --window 14;
-verify --restarts 999; fill --p 9 --method relaxation; fill --p 9 --method relaxation --jobs 3
-"""
-WORK = [(line.split(), much) for much in (False, True) for line in (LITTLE, MUCH)[much].split(";")]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("command", "much"), WORK, ids=str)
-def test_only_large_jobs_start_workers(filled, command, much):
-    count = 3 if command[-1] == "3" else min(cores(), 2)  # little work may end before many have started
-    seen, expected = 0, count if much and count > 1 else 0
-    with start(*command, "--db", filled) as process:
-        while process.poll() is None and (seen < expected or not expected):
-            seen = max(seen, len(workers_of(process.pid)))
-            time.sleep(0.02)
-        if process.poll() is None:
-            kill_group(process)
-        else:
-            assert process.returncode == 0
-    assert min(seen, expected or seen) == expected

@@ -160,11 +160,7 @@ def test_no_output_replaces_a_catalogue(own, tmp_path, cli, command):
     for path in (*through_links(own), *others):
         for force in ((), ("--force",)):
             done = cli(*command.split(), str(path), *force, "--db", str(others[0] if path == own else own))
-            assert done.says(2, "is an SQLite file, such as a catalogue"), (
-                path,
-                force,
-                done,
-            )
+            assert done.says(2, "is an SQLite file, such as a catalogue"), (path, force, done)
     assert {path: path.read_bytes() for path in before} == before
 
 
