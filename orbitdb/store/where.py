@@ -235,7 +235,7 @@ _CALL = rf"\bcode\s*\(\s*({_ITEM})\s*\)"
 
 _COMPARED = re.compile(
     rf"{_COLUMN}\s*(?:{_SIGN}\s*)+(?!\s*\(?\s*code\s*\()(?P<right>{_LISTED})"
-    rf"|(?P<left>{_ITEM})\s*(?:{_SIGN}\s*)+{_COLUMN}|{_QUOTED}",
+    rf"|(?<![\w.])(?P<left>{_ITEM})\s*(?:{_SIGN}\s*)+{_COLUMN}|{_QUOTED}",
     re.IGNORECASE,
 )
 _CALLED = re.compile(rf"{_CALL}|{_QUOTED}", re.IGNORECASE)

@@ -139,6 +139,7 @@ sql 'SELECT :x' | 2 | -P name=value
 sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out its value
 sql SELECT | 2 | incomplete input
 sql LONG | 2 | Expression tree is too large
+sql DIGITS | 2 | syntax error
 """
 """A command, its exit code, and parts of its message."""
 
@@ -156,7 +157,7 @@ def test_a_refusal_is_one_line_and_changes_nothing(own, tmp_path, cli, monkeypat
     before = own.read_bytes()
     for line in block:
         command, code, *pieces = line.split(" | ")
-        done = cli(*shlex.split(command.replace("LONG", LONG)))
+        done = cli(*shlex.split(command.replace("LONG", LONG).replace("DIGITS", 25_000 * "0123")))
         assert done.says(int(code), "" if code == "1" else "orbitdb: ", *pieces), (command, done)
         assert own.read_bytes() == before, command
     assert {path.name.partition("-")[0] for path in tmp_path.iterdir()} == {own.name}  # and its journal
