@@ -296,7 +296,7 @@ class Completeness(IntEnum):
     PROVED = 1
 
 
-def prove_all(words: Words, changes: Sequence[Sequence[KnownChange]]) -> tuple[NDArray[np.int8], int]:
+def prove_all(words: Words, changes: Sequence[Sequence[KnownChange]]) -> NDArray[np.int8]:
     """Tell whether the known changes of words are complete between `LOW` and `HIGH`.
 
     Parameters
@@ -308,25 +308,22 @@ def prove_all(words: Words, changes: Sequence[Sequence[KnownChange]]) -> tuple[N
 
     Returns
     -------
-    proved : ndarray of int8, shape (N,)
+    ndarray of int8, shape (N,)
         Values of `Completeness`.
-    cells : int
-        Number of cells examined.
     """
-    proved, cells = np.zeros(len(words), np.int8), 0
+    proved = np.zeros(len(words), np.int8)
     for rows, legs in cut(words):
         first = signs(words[rows], legs, np.full(len(rows), LOW), newton(legs, LOW).alpha)
-        word, kind, low, high, looked = stretches(legs, float(np.log(LOW)), float(np.log(HIGH)))
-        cells += looked
+        word, kind, low, high = stretches(legs, float(np.log(LOW)), float(np.log(HIGH)))
         ends = np.searchsorted(word, np.arange(len(rows) + 1)).tolist()
         segments = list(zip(kind.tolist(), low.tolist(), high.tolist(), strict=True))
         for row, sign, start, end in zip(rows.tolist(), first.tolist(), ends, ends[1:], strict=False):
             state = None if sign == 0 else sign > 0
             proved[row] = walk(segments[start:end], changes[row], state)
-    return proved, cells
+    return proved
 
 
-def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.int8], Floats, Floats, int]:
+def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.int8], Floats, Floats]:
     """Cut [low, high] in ln a, for each word, into cells in which something is proved about it, if possible.
 
     Returns
@@ -334,17 +331,14 @@ def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.
     word, kind, low, high : ndarray, shape (K,)
         Ranges sorted by word and ascending a: the index of the word, the value of `Kind`, and the two ends in
         ln a.
-    cells : int
-        Number of cells examined.
     """
-    count, cells = int(np.ceil((high - low) / (2 * _FIRST))), 0
+    count = int(np.ceil((high - low) / (2 * _FIRST)))
     x = np.tile(low + (np.arange(count) + 0.5) * (high - low) / count, len(legs))
     word, r = np.repeat(np.arange(len(legs)), count), np.full(len(x), (high - low) / (2 * count))
     start = centre_directions(legs.chain(word), np.exp(x))
     finished = []
     for halved in range(_HALVINGS + 1):
         kind, alpha, drift = judge(legs.chain(word), x, r, start)
-        cells += len(kind)
         many = np.bincount(word, kind == Kind.OPEN, minlength=len(legs)) > _MOST
         done = (kind != Kind.OPEN) | many[word] | (halved == _HALVINGS)
         finished.append((word[done], x[done] - r[done], x[done] + r[done], kind[done]))
@@ -361,7 +355,7 @@ def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.
     fresh = np.ones(len(word), bool)
     fresh[1:] = (word[1:] != word[:-1]) | (kind[1:] != kind[:-1])  # neighbours of the same kind are joined
     first = np.flatnonzero(fresh)
-    return word[first], kind[first], begin[first], end[np.append(first[1:], len(word)) - 1], cells
+    return word[first], kind[first], begin[first], end[np.append(first[1:], len(word)) - 1]
 
 
 def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: bool | None) -> Completeness:

@@ -153,7 +153,7 @@ def prove_lives(connection: Connection, periods: Iterable[BirthFill]) -> Iterato
                 changes.append((low, high, row.kind == BORN))
         for start in range(0, len(brackets), BLOCK):
             words = list(brackets)[start : start + BLOCK]
-            proved, _ = prove_all(from_strings(words), [brackets[word] for word in words])
+            proved = prove_all(from_strings(words), [brackets[word] for word in words])
             undecided = int((proved == Completeness.UNDECIDED).sum())
             lives = judged("lives", words, proved == Completeness.WRONG)
             checks = [replace(lives, rows=len(words) - undecided)]

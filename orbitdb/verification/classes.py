@@ -67,7 +67,10 @@ def _counts(selections: Sequence[Selection], connection: Connection) -> Iterator
     whole = {row["p"] for row in (*fills, *births) if row["state"] == DONE}
     for p in sorted(whole | stored.keys()):
         if is_chosen(p, selections):
-            yield _words_of(p, stored[p][1], p in whole)
+            words = stored[p][1]
+            expected = count_admissible(p) if p in whole else words
+            first = f"p = {p}: {words} words instead of {expected}" if words != expected else None
+            yield Check("counts", words, abs(words - expected), first=first)
     chosen = {selection.a: selection for selection in selections}
     for row in fills:
         if row["a"] in chosen and chosen[row["a"]].includes(row["p"]):
@@ -86,13 +89,6 @@ def fill_rows(connection: Connection) -> list[dict[str, Any]]:
     """Return the rows of `fill`, each with its value of a."""
     query = "SELECT * FROM fill JOIN stadium ON stadium.id = fill.stadium ORDER BY a, p"
     return list(connection.records(query))
-
-
-def _words_of(p: int, words: int, whole: bool) -> Check:
-    """Check that a period has all its words if it is marked as complete."""
-    expected = count_admissible(p) if whole else words
-    first = f"p = {p}: {words} words instead of {expected}" if words != expected else None
-    return Check("counts", words, abs(words - expected), first=first)
 
 
 def _wrong_counts(

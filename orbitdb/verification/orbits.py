@@ -170,8 +170,7 @@ def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str])
     ends = np.where(path.curved, HALF_PI, stadium.a)
     margin = (ends - np.abs(x)).min(axis=1)
     sense = np.where(words >= 4, -1.0, 1.0)
-    in_run = words == np.roll(words, -1, axis=1)
-    backwards = np.where(in_run, sense * (x - _next(x)), 0.0).max(axis=1)
+    backwards = np.where(words == np.roll(words, -1, axis=1), sense * (x - _next(x)), 0.0).max(axis=1)
     outside = np.where(orbits.status == Status.BOUNDARY.value, np.abs(margin), -margin)
     deviation = np.stack([outside.clip(0.0), backwards.clip(0.0), np.abs(orbits.margin - margin)])
     return measured("walls", labels, deviation, path.place[:, 0])
@@ -255,8 +254,7 @@ def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str
     off, loose_off = coupling * beside, loose_coupling * beside
     norm = (loose * scale**2 + loose_off + _previous(loose_off)).max(axis=1)
     norm += 4 * p * EPSILON * (1 + off + _previous(off)).max(axis=1)
-    least = np.abs(eigenvalues).min(axis=1)
-    sure = np.flatnonzero(least > 2 * norm)
+    sure = np.flatnonzero(np.abs(eigenvalues).min(axis=1) > 2 * norm)
     labels = [labels[row] for row in sure.tolist()]
     straights, eigenvalues, norm = STRAIGHT[words[sure]].sum(axis=1), eigenvalues[sure], norm[sure]
 
@@ -363,7 +361,6 @@ def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, list[bool], list[flo
     Returns
     -------
     check : Check
-        A row's deviation is that of the coordinates, length, lambda, area or margin with the largest share.
     proved : list of bool
     radius : list of float
         Proved distance of the stored coordinates from the true ones; 0 without coordinates.
