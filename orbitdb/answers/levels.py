@@ -18,7 +18,7 @@ from orbitdb.orbits.status import Status
 from orbitdb.quantum.length_spectrum import Spectrum, of_family, of_levels, of_terms, reach
 from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, Staircase, levels_of, reliable_end, staircase
-from orbitdb.quantum.missing_levels import CUTOFF, CUTOFF_OF_ALL, FITS, WIDEST, Assessment, assess
+from orbitdb.quantum.missing_levels import CUTOFF, FITS, WIDEST, Assessment, assess
 from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
 from orbitdb.quantum.weyl import Parity, check_levels, one_parity, parities_of
 from orbitdb.store.connection import Connection, Moment
@@ -311,7 +311,5 @@ def orbits_for(
     stadium: Stadium, classes: OrbitClasses, parity: Parity | None, k: Floats, window: bool = False
 ) -> Staircase:
     """Return the staircase for comparison with the levels k; for a window, on its range only."""
-    cutoff = CUTOFF_OF_ALL if parity is None else CUTOFF
-    if window:
-        return staircase(stadium, classes, float(k[-1]) + 0.1, parity, (cutoff,), max(float(k[0]) - 0.1, 0.0))
-    return staircase(stadium, classes, float(k[-1]) * WIDEST + 0.1, parity, (cutoff,))
+    low, high = (max(float(k[0]) - 0.1, 0.0), k[-1]) if window else (0.0, k[-1] * WIDEST)
+    return staircase(stadium, classes, float(high) + 0.1, parity, (CUTOFF,), low)

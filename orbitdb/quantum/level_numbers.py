@@ -6,16 +6,17 @@ level `SPURIOUS`. The distance of two neighbours of the list with m numbers skip
 as it is unlikely in random matrices (`distance_cost`). Dynamic programming finds the cheapest assignment
 (`numbered`).
 
-The orbits see a step of the staircase smoothed over several levels, so the first assignment may put a missing
-level a few gaps away from its place. `rearranged` therefore fills in the missing levels and moves them to
-neighbouring gaps as long as the filled list agrees better with the orbits.
+The orbits see a step of the staircase smoothed over several levels, so this puts some missing levels a few
+gaps away from their places. `Filling` then moves all of them together to where the staircase from the orbits
+has them.
 """
 
 import math
-from dataclasses import dataclass
 from functools import cache, lru_cache
+from itertools import pairwise
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
@@ -32,11 +33,25 @@ _TAIL = 1.5
 _MOST_SKIPPED = 200
 """Above this number of skipped levels, the variance of their distance is taken as constant."""
 
-_MOVES = (1, 2, 3, 5)
-"""Number of levels across which a missing level is moved in one step."""
-_PASSES = 20
-_REACH = 5.0
-"""Distance, in units of 1/X, beyond which a level has no effect on the smoothed staircase."""
+_PLACED, _PLACED_END = 0.05, 5.0
+"""Uncertainty of the excess with which missing levels are placed, and how much more it is at an end."""
+_WAVE, _LARGE = 0.033, 0.5
+"""Amplitude expected of each wave; larger residuals than this are cut, because levels are misplaced there."""
+_STRETCH = 12.0
+"""Approximate length of the stretches of k in which waves are fitted."""
+_STEPS, _LONGEST, _SETTLED, _DAMPING = 15, 0.4, 0.02, 3.0
+"""Number of steps; the longest and the last of them, and their damping, in mean spacings."""
+_LEAST_DENSITY = 0.1
+_TURNS, _GAPS, _ROWS = 3, 9, 60
+"""Number of times to look for levels missing at the ends, of levels between which to look, and of levels at
+which to compare the residual."""
+_DOUBT = 1.6
+"""Cost of a change at an end for each spectrum after the first, because levels beyond the end matter more."""
+_FILLED, _FILLED_END = 1.2, 2.3
+"""Uncertainty once the missing levels are filled in, in units of the scatter, and the factor at an end."""
+_LEAST_SPREAD = 0.08
+"""Lower limit for the scatter in these uncertainties."""
+_PART = 256
 
 
 def numbered(
@@ -145,146 +160,142 @@ def neighbour_variance(independent: int) -> Floats:
     return np.asarray(independent * goe_variance(n / independent) - 1 / 6)
 
 
-def rearranged(
-    k: Floats,
-    place: Floats,
-    number: Integers,
-    excess: Floats,
-    sigma: Floats,
-    cutoff: float,
-    independent: int = 1,
-    first_free: bool = False,
-) -> tuple[Integers, Floats]:
-    """Move missing levels to neighbouring gaps, and past the ends, as long as this lowers the cost.
+class Filling:
+    """Fills in the missing levels of a list, all at once, where the orbits put them.
+
+    The places y of the missing levels minimise the rms of the residual
+
+        excess - (levels missing below the first) - sum over y of Phi(X (k - y)) - waves.
+
+    The waves have the lengths at which the orbits are wrong. They are fitted, for each stretch of k, together
+    with the places, so that these lengths do not affect the places.
 
     Parameters
     ----------
     k : ndarray, shape (N,)
         The levels of the list, in 1/radius.
-    place, sigma, independent, first_free
-        As for `numbered`; sigma has the shape (N,).
-    number : ndarray of int, shape (N,)
-        True numbers, 0 for spurious levels.
-    excess : ndarray, shape (N,)
-        Number of levels below each k from the orbits, minus that of the list smoothed with the same cutoff.
+    smooth : Polynomial
+        Weyl's law.
+    end : ndarray, shape (N,)
+        How near each level is to an end of the list: 1 at the end, 0 far from it.
     cutoff : float
         The cutoff X of the staircase from the orbits.
-
-    Returns
-    -------
-    number : ndarray of int, shape (N,)
-    residual : ndarray, shape (N,)
-        What the excess is with the missing levels filled in, evenly spaced, and the spurious ones left out.
+    lengths : tuple of float
+        Least and largest length of the waves, in units of the radius.
+    independent, first_free
+        As for `numbered`.
     """
-    list_ = _FilledList(k, place, number.copy(), excess.copy(), sigma, cutoff, independent, first_free)
-    if not len(list_.true):
-        return number, excess
-    list_.fill()
-    touched = k
-    for _ in range(_PASSES):
-        touched = list_.improve(touched)
-        if not len(touched):
-            break
-    return list_.number, list_.residual
 
+    def __init__(
+        self,
+        k: Floats,
+        smooth: Polynomial,
+        end: Floats,
+        cutoff: float,
+        lengths: tuple[float, float],
+        independent: int = 1,
+        first_free: bool = False,
+    ) -> None:
+        self.k, self.end, self.cutoff = k, end, cutoff
+        self.place, self.density = smooth(k), smooth.deriv()
+        self.independent, self.first_free = independent, first_free
+        self.sigma = _PLACED * (1 + _PLACED_END * end)
+        bounds = np.linspace(0, len(k), math.ceil(np.ptp(k) / _STRETCH) + 1).astype(int).tolist()
+        self.ends = k[bounds[1:-1]]
+        self.stretches = [(slice(*pair), self._waves(slice(*pair), *lengths)) for pair in pairwise(bounds)]
 
-@dataclass(eq=False)
-class _FilledList:
-    """A list of levels with its missing levels filled in; see `rearranged`."""
+    def _waves(self, rows: slice, low: float, high: float) -> Floats:
+        """Return waves Q such that Q Q^T r is their fit to a residual r, both in units of sigma."""
+        k = self.k[rows]
+        count = math.ceil(np.ptp(k) * (high - low) / (2 * math.pi)) + 1
+        phase = k[:, None] * np.linspace(low, high, max(count, 2))
+        waves = np.concatenate([np.cos(phase), np.sin(phase)], axis=1) / self.sigma[rows, None]
+        normal = waves.T @ waves + np.eye(waves.shape[1]) / _WAVE**2
+        return np.linalg.solve(np.linalg.cholesky(normal), waves.T).T
 
-    k: Floats
-    place: Floats
-    number: Integers
-    residual: Floats
-    sigma: Floats
-    cutoff: float
-    independent: int
-    first_free: bool
+    def filled(self, number: Integers, excess: Floats) -> tuple[Integers, Floats, Floats]:
+        """Return the true numbers, the residual with the missing levels filled in, and the waves in it.
 
-    def __post_init__(self) -> None:
-        self.true = np.flatnonzero(self.number > 0)
-
-    def fill(self) -> None:
-        """Turn the excess into the residual."""
-        for spurious in np.flatnonzero(self.number == 0):
-            rows = self.near(self.k[spurious], self.k[spurious])
-            self.residual[rows] += ndtr(self.cutoff * (self.k[rows] - self.k[spurious]))
-            self.residual[rows.stop :] += 1
-        for gap in [0, *self.with_missing()]:
-            rows, (effect, _) = self.rows(gap, gap), self.gap(gap, 0, self.rows(gap, gap))
-            self.residual[rows] -= effect
-            self.residual[rows.stop :] -= self.steps(gap) - 1
-
-    def near(self, low: float, high: float) -> slice:
-        away = _REACH / self.cutoff
-        return slice(*np.searchsorted(self.k, [low - away, high + away]).tolist())
-
-    def rows(self, first: int, last: int) -> slice:
-        """Return the levels that changes in the gaps from `first` to `last` affect."""
-        low = self.k[self.true[first - 1]] if first else -np.inf
-        return self.near(low, self.k[self.true[last]] if last < len(self.true) else np.inf)
-
-    def steps(self, gap: int) -> int:
-        """Return the difference between the numbers of the true levels on both sides of a gap."""
-        below = int(self.number[self.true[gap - 1]]) if gap else 0
-        return int(self.number[self.true[gap]]) - below
-
-    def with_missing(self) -> list[int]:
-        """Return the gaps in which levels are missing; gap n is below the n-th true level, n > 0."""
-        return (np.flatnonzero(np.diff(self.number[self.true]) > 1) + 1).tolist()
-
-    def gap(self, gap: int, more: int, rows: slice) -> tuple[Floats | float, float]:
-        """Return how `more` missing levels in a gap would change the staircase and the cost."""
-        if gap == len(self.true):
-            return 0.0, 0.0
-        missing = self.steps(gap) - 1 + more
-        if missing < 0:
-            return 0.0, np.inf
-        if gap == 0:
-            return float(missing), 0.0 if self.first_free else MISSING * missing
-        low, high = self.true[gap - 1], self.true[gap]
-        share = np.arange(1, missing + 1) / (missing + 1)
-        filled = self.k[low] + (self.k[high] - self.k[low]) * share
-        effect = ndtr(self.cutoff * (self.k[rows, None] - filled)).sum(axis=1)
-        apart = distance_cost(self.place[high] - self.place[low], missing + 1, self.independent)
-        return effect, MISSING * missing + apart
-
-    def improve(self, touched: Floats) -> Floats:
-        """Make the best move at each gap with missing levels and at both ends; return the k of moved levels.
-
-        Only gaps near the levels that were `touched` before are tried. A move shifts the numbers of
-        successive true levels by 1 in the direction `step`.
+        Parameters
+        ----------
+        number : ndarray of int, shape (N,)
+            True numbers from which to begin, 0 for spurious levels.
+        excess : ndarray, shape (N,)
+            Number of levels below each k from the orbits, minus that of the list smoothed with the same X.
         """
-        end = len(self.true)
-        moves = [[(0, n, -1) for n in _MOVES], [(end - n, end, 1) for n in _MOVES]]
-        away = 2 * _REACH / self.cutoff
-        for gap in self.with_missing():
-            k = self.k[self.true[gap]]
-            if np.searchsorted(touched, k - away) < np.searchsorted(touched, k + away):
-                moves.append([*((gap, gap + n, -1) for n in _MOVES), *((gap - n, gap, 1) for n in _MOVES)])
-        moved = [np.zeros(0)]
-        for choices in moves:
-            changes = [self.change(*move) for move in choices if move[0] >= 0 and move[1] <= end]
-            cost, run, step, rows, delta = min(changes, key=lambda change: change[0], default=_NO_MOVE)
-            if cost < -1e-9:
-                self.number[run] += step
-                self.residual[rows] += delta
-                moved.append(self.k[run])
-        return np.sort(np.concatenate(moved))
+        true = np.flatnonzero(number > 0)
+        if not len(true):
+            return number, excess, np.zeros(len(excess))
+        k, first = self.k[true], int(number[true[0]]) - 1
+        missing = np.setdiff1d(np.arange(first + 1, number[true[-1]]), number[true])
+        y = np.interp(missing, number[true], k)
+        rest = excess + smoothed(self.k, self.k[number == 0], self.cutoff)
+        for _ in range(_TURNS):
+            y = self._settled(y, rest - first)
+            residual = rest - first - smoothed(self.k, y, self.cutoff)
+            waves = self._fitted(residual)
+            lower, more = self._at_ends(residual - waves, first)
+            if not more:
+                break
+            first, y = first - lower, np.sort([*y, *more])
+        number = number.copy()
+        number[true] = first + 1 + np.arange(len(true)) + np.searchsorted(y, k)
+        return number, residual, waves
 
-    def change(
-        self, first: int, last: int, step: int
-    ) -> tuple[float, NDArray[np.intp], int, slice, Floats | float]:
-        """Return the change in cost if the true levels from `first` to before `last` are shifted."""
-        run, rows = self.true[first:last], self.rows(first, last)
-        below, above = self.gap(first, step, rows), self.gap(last, -step, rows)
-        if np.isinf(below[1] + above[1]) or (self.number[run] + step < 1).any():
-            return (np.inf, run, step, rows, 0.0)
-        now = self.gap(first, 0, rows), self.gap(last, 0, rows)
-        delta = now[0][0] + now[1][0] - below[0] - above[0]
-        before, weight = self.residual[rows], 2 * self.sigma[rows] ** 2
-        cost = float((((before + delta) ** 2 - before**2) / weight).sum())
-        return cost + below[1] + above[1] - now[0][1] - now[1][1], run, step, rows, delta
+    def _fitted(self, residual: Floats) -> Floats:
+        """Return the waves in a residual."""
+        off = np.clip(residual, -_LARGE, _LARGE) / self.sigma
+        return self.sigma * np.concatenate([waves @ (off[rows] @ waves) for rows, waves in self.stretches])
+
+    def _settled(self, y: Floats, rest: Floats) -> Floats:
+        """Return the places, in ascending order, that minimise the residual, by damped Gauss-Newton steps."""
+        for _ in range(_STEPS):
+            off, step = (rest - smoothed(self.k, y, self.cutoff)) / self.sigma, np.zeros(len(y))
+            density = np.maximum(self.density(y), _LEAST_DENSITY)
+            stretch = np.searchsorted(self.ends, y)
+            for n in np.unique(stretch).tolist():
+                here, (rows, waves) = stretch == n, self.stretches[n]
+                z = self.cutoff * (self.k[rows, None] - y[here])
+                slope = -self.cutoff * np.exp(-(z**2) / 2) / math.sqrt(2 * math.pi) / self.sigma[rows, None]
+                slope_of_rest = slope - waves @ (waves.T @ slope)
+                normal = slope.T @ slope_of_rest + np.diag((density[here] / _DAMPING) ** 2)
+                step[here] = np.linalg.solve(normal, slope_of_rest.T @ off[rows])
+            step = np.clip(step, -_LONGEST / density, _LONGEST / density)
+            y = np.sort(y + step)
+            if (np.abs(step * density) < _SETTLED).all():
+                break
+        return y
+
+    def _at_ends(self, residual: Floats, first: int) -> tuple[int, list[float]]:
+        """Return levels missing near the ends, and how many of them are taken from those below the first."""
+        spread = 1.4826 * float(np.median(np.abs(residual)))
+        sigma = filled_sigma(spread, self.end)
+        lower, more = 0, []
+        for low in (True, False) if first else (False,):
+            rows, near = (slice(_ROWS), slice(_GAPS)) if low else (slice(-_ROWS, None), slice(-_GAPS, None))
+            middle = (self.k[near][1:] + self.k[near][:-1]) / 2
+            before = residual[rows, None]
+            after = before + low - ndtr(self.cutoff * (self.k[rows, None] - middle))
+            cost = ((after**2 - before**2) / (2 * sigma[rows, None] ** 2)).sum(axis=0)
+            cost += (0 if low and not self.first_free else MISSING) + _DOUBT * (self.independent - 1)
+            for n, gap in enumerate(np.diff(self.place[near]).tolist()):
+                cost[n] += distance_cost(gap, 2, self.independent) - distance_cost(gap, 1, self.independent)
+            if cost.min() < 0:
+                more.append(float(middle[cost.argmin()]))
+                lower += low
+        return lower, more
 
 
-_NO_MOVE = (0.0, np.zeros(0, np.intp), 0, slice(0), 0.0)
+def filled_sigma(spread: float, end: Floats) -> Floats:
+    """Return the uncertainty of the excess at each level once the missing levels are filled in."""
+    return np.asarray(_FILLED * max(spread, _LEAST_SPREAD) * (1 + (_FILLED_END - 1) * end))
+
+
+def smoothed(k: Floats, levels: Floats, cutoff: float) -> Floats:
+    """Return the number of levels below each k, smoothed with a Gaussian of width 1/cutoff."""
+    counts = []
+    for first in range(0, len(k), _PART):
+        part = k[first : first + _PART]
+        low, high = np.searchsorted(levels, [part[0] - 9 / cutoff, part[-1] + 9 / cutoff])
+        counts.append(low + ndtr(cutoff * (part[:, None] - levels[low:high])).sum(axis=1))
+    return np.concatenate(counts)

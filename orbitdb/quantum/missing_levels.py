@@ -12,23 +12,21 @@ first of these integers is free: the orbits number a list whose beginning is unk
 
 The error of N_X is largest where the trace formula fails, at the length of the perimeter, or half of it for
 one parity, because orbits that creep along a semicircle accumulate there. This part oscillates slowly, so it
-is fitted to the filled list and taken out. The radius can also be fitted: the fit picks the scale of k for
-which the numbers i + D_i are nearest to integers.
+is fitted together with the places of the missing levels (`Filling`). The radius can also be fitted: the fit
+picks the scale of k for which the numbers i + D_i are nearest to integers.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.special import ndtr
 
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
-from orbitdb.quantum.level_numbers import numbered, rearranged
+from orbitdb.quantum.level_numbers import Filling, filled_sigma, numbered, smoothed
 from orbitdb.quantum.levels_from_orbits import Staircase
 from orbitdb.quantum.weyl import Parity, weyl
 from orbitdb.text import exact, several
@@ -37,27 +35,18 @@ if TYPE_CHECKING:
     import pandas
 
 
-CUTOFF, CUTOFF_OF_ALL = 10.0, 13.0
-"""Cutoff X of the staircase for a list of one parity, and for a list of all levels."""
+CUTOFF = 10.0
+"""Cutoff X of the staircase, in units of the radius."""
 
 _SIGMA, _END = 0.2, 4.0
 """Uncertainty of the excess of an exact list, and the factor on it at an end of the list."""
-_FILLED, _FILLED_END = 1.2, 2.3
-"""Uncertainty once the missing levels are filled in, in units of the scatter, and the factor at an end."""
-_LEAST_SPREAD = 0.08
-"""Lower limit for the scatter in these uncertainties."""
 _AT_END = 0.05
 _FAR = 4.0
 """Distance beyond the ends of the list, in units of 1/X, over which levels are assumed to go on evenly."""
-_PART = 256
 
-_CREEPING = (-0.3, 1.3)
-"""Lengths between which the error of N_X is fitted, relative to the perimeter, in units of the radius."""
-_RIDGE, _STRETCH = 3.0, 50.0
-"""Weight that keeps the fit small, and length of the stretches of k that are fitted separately."""
-_LARGE = 0.5
-"""Residuals above this do not make the fit worse: levels are misplaced there."""
-
+_CREEPING, _CREEPING_OF_ALL = (-0.3, 1.3), (-1.4, 3.0)
+"""Lengths between which N_X is wrong, relative to the perimeter and in units of the radius, for one parity
+(where they are halved) and for a list of all levels."""
 _WIDEST = 0.005
 """Maximum relative change of the radius in a fit."""
 _SCALES, _FINER, _REFINED = 401, 21, 4
@@ -78,7 +67,7 @@ _CERTAIN = 8.0
 _CROWDED = 25.0
 """Largest number of levels within the resolution 1/X of the orbits."""
 
-_ROUNDS = 3
+_ROUNDS = 2
 """Maximum number of times the levels are numbered and their scatter is estimated."""
 
 
@@ -258,7 +247,7 @@ def assess(
     excess = compared.excess(scale)
     number, residual, scatter = compared.numbered(excess)
     found = Assessment(stadium.a, parity, k * scale, number, excess, scatter, scale, window=window)
-    if window and found.fits:
+    if window:
         compared.check_first(number, residual, scatter)
     if fit_scale:
         slope = k * scale * np.interp(k * scale, orbits.k, orbits.density)
@@ -272,17 +261,17 @@ class _Compared:
     def __init__(
         self, k: Floats, orbits: Staircase, stadium: Stadium, parity: Parity | None, window: bool
     ) -> None:
-        smooth = weyl(stadium, parity)
+        self.smooth = smooth = weyl(stadium, parity)
         self.k, self.orbits, self.window = k, orbits, window
         (self.cutoff,) = orbits.cutoffs
         self.independent = 4 if parity is None else 1
-        self.lengths = (4 * stadium.a + 2 * math.pi + np.array(_CREEPING)) / (1 if parity is None else 2)
-        self.place, density = smooth(k), smooth.deriv()(k)
+        low, high = (stadium.perimeter + off for off in (_CREEPING if parity else _CREEPING_OF_ALL))
+        self.lengths, density = ((low / 2, high / 2) if parity else (low, high)), smooth.deriv()(k)
         self.crowded = float(density[-1]) / self.cutoff
         spacing, far = 1 / np.maximum(density[[0, -1]], 0.1), _FAR / self.cutoff
         above = np.arange(k[-1] + spacing[1], k[-1] + far, spacing[1])
         below = np.arange(k[0] - spacing[0], max(k[0] - far, 0.0), -spacing[0])[::-1] if window else k[:0]
-        self.own = _smoothed(k, np.concatenate([below, k, above]), self.cutoff) - len(below)
+        self.own = smoothed(k, np.concatenate([below, k, above]), self.cutoff) - len(below)
         near_end = k[-1] - k
         if window:
             near_end = np.minimum(near_end, k - k[0])
@@ -294,44 +283,22 @@ class _Compared:
 
     def numbered(self, excess: Floats) -> tuple[Integers, Floats, float]:
         """Return the true numbers, the residual of the filled list and its scatter."""
-        order, creeping = np.arange(1, len(self.k) + 1), np.zeros(len(self.k))
-        sigma, spread, how = _SIGMA, _LEAST_SPREAD, (self.independent, self.window)
-        for turn in range(_ROUNDS):
-            rest, wide = excess - creeping, sigma * (1 + (_END - 1) * self.end)
-            number, _ = numbered(rest + order, wide, self.place, *how)
-            filled = self.filled_sigma(spread)
-            number, residual = rearranged(self.k, self.place, number, rest, filled, self.cutoff, *how)
-            more = self.creeping(residual)
-            residual, creeping, before, true = residual - more, creeping + more, spread, number > 0
-            spread = float(1.4826 * np.median(np.abs(residual[true]))) if true.any() else 1.0
-            sigma = max(_SIGMA, spread)
-            if turn and spread < 1.1 * before:
-                break
+        filling = Filling(
+            self.k, self.smooth, self.end, self.cutoff, self.lengths, self.independent, self.window
+        )
+        sigma = _SIGMA * (1 + (_END - 1) * self.end)
+        expected, waves = excess + np.arange(1, len(self.k) + 1), np.zeros(len(self.k))
+        for _ in range(_ROUNDS):
+            number, _ = numbered(expected - waves, sigma, filling.place, self.independent, self.window)
+            number, residual, waves = filling.filled(number, excess)
         inner = self.end < _AT_END if (self.end < _AT_END).any() else self.end >= 0
-        off = np.where(true, np.minimum(np.abs(residual + creeping), 1.0), 1.0)[inner]
+        off = np.where(number > 0, np.minimum(np.abs(residual), 1.0), 1.0)[inner]
         return number, residual, float(np.sqrt((off**2).mean()))
 
-    def filled_sigma(self, spread: float) -> Floats:
-        """Return the uncertainty of the excess at each level once the missing levels are filled in."""
-        return np.asarray(_FILLED * max(spread, _LEAST_SPREAD) * (1 + (_FILLED_END - 1) * self.end))
-
-    def creeping(self, residual: Floats) -> Floats:
-        """Return the part of a residual that oscillates with lengths near the perimeter."""
-        low, high = self.lengths
-        parts = []
-        for part in np.array_split(np.arange(len(residual)), math.ceil(np.ptp(self.k) / _STRETCH)):
-            k, rest = self.k[part], np.clip(residual[part], -_LARGE, _LARGE)
-            count = math.ceil(np.ptp(k) * (high - low) / (2 * math.pi)) + 1
-            phase = k[:, None] * np.linspace(low, high, max(count, 2))
-            waves = np.concatenate([np.cos(phase), np.sin(phase)], axis=1)
-            normal = waves.T @ waves + _RIDGE**2 * np.eye(waves.shape[1])
-            parts.append(waves @ np.linalg.solve(normal, waves.T @ rest))
-        return np.concatenate(parts)
-
     def check_first(self, number: Integers, residual: Floats, scatter: float) -> None:
-        """Raise if the next best first number of a window is nearly as good."""
-        spread = self.filled_sigma(scatter)
-        off = np.abs(residual[number > 0].mean())
+        """Raise if the next best first number of a window is nearly as good; any list may be too short."""
+        spread = filled_sigma(min(scatter, FITS), self.end)
+        off = np.abs(residual[number > 0].mean()) if scatter <= FITS else 0.0
         weight = (1 / spread**2).sum() / max(1.0, 2.5 * self.crowded)
         if weight * (0.5 - off) < _CERTAIN:
             raise InputError(
@@ -355,13 +322,3 @@ class _Compared:
             if count >= len(self.k):
                 return scale
             wide, count = _WIDEST / _FINER / 5 * (_FIRST / count), count * _LONGER
-
-
-def _smoothed(k: Floats, levels: Floats, cutoff: float) -> Floats:
-    """Return the number of levels below each k, smoothed with a Gaussian of width 1/cutoff."""
-    counts = []
-    for first in range(0, len(k), _PART):
-        part = k[first : first + _PART]
-        low, high = np.searchsorted(levels, [part[0] - 9 / cutoff, part[-1] + 9 / cutoff])
-        counts.append(low + ndtr(cutoff * (part[:, None] - levels[low:high])).sum(axis=1))
-    return np.concatenate(counts)

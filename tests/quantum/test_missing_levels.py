@@ -15,9 +15,9 @@ from there import there
 from orbitdb import Catalogue, InputError
 from orbitdb.answers.levels import assess_levels, beside, levels_from_orbits, read_orbits
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.level_numbers import MISSING, SPURIOUS, distance_cost, numbered
+from orbitdb.quantum.level_numbers import MISSING, SPURIOUS, distance_cost, numbered, smoothed
 from orbitdb.quantum.levels import levels
-from orbitdb.quantum.levels_from_orbits import CUTOFFS, staircase
+from orbitdb.quantum.levels_from_orbits import CUTOFFS, Staircase, staircase
 from orbitdb.quantum.missing_levels import CUTOFF, WIDEST, assess
 from orbitdb.quantum.trace_formula import family, orbit_terms
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
@@ -150,6 +150,24 @@ def test_a_missing_level_of_a_window_is_found_in_its_place(window):
         (gap,) = found.gaps
         assert gap.missing == 1
         assert there(gap.after) - 1.5 * spacing[n] < k[n] < there(gap.before) + 1.5 * spacing[n]
+
+
+@pytest.mark.parametrize("seed", [3, 7, 8])
+def test_missing_levels_are_placed_although_the_orbits_are_wrong_near_the_perimeter(seed):
+    """A made-up list of all parities; the staircase from the orbits is exact but for three waves."""
+    stadium, cutoff, rng = Stadium(1.6), 10.0, np.random.default_rng(seed)
+    smooth = weyl(stadium, None)
+    every = np.array([wavenumber(smooth, n) for n in np.cumsum(rng.exponential(size=900))])
+    grid = np.linspace(0, every[-1], 20_000)
+    waves = sum(0.15 * np.cos((stadium.perimeter + off) * grid) for off in (-1.0, 0.6, 2.6))
+    count = smoothed(grid, every, cutoff) + waves
+    orbits = Staircase(grid, count[None], (cutoff,), smooth(grid))
+    whole = every[(every > 15) & (every < 22)]
+    lost = np.sort(rng.choice(np.arange(3, len(whole) - 3), len(whole) // 20, replace=False))
+    found = assess(np.delete(whole, lost), orbits, stadium, window=True)
+    assert (found.first, found.missing) == (np.searchsorted(every, 15) + 1, len(lost))
+    places = [n for n, gap in enumerate(np.diff(found.number)) for _ in range(gap - 1)]
+    assert np.abs(lost - np.arange(len(lost)) - 1 - places).max() <= 1
 
 
 def test_a_list_without_its_lowest_levels_is_told_that_it_may_be_a_window(catalogue, window):
