@@ -159,16 +159,9 @@ def _mark_end(ax: Axes, a: Floats, values: Floats, p: int) -> None:
 
 def _changes(moment: Moment, chosen: Selection) -> Changes:
     """Return the births and deaths of all whole periods up to the highest chosen one."""
-    whole = [each.p for each in read_birth_fills(moment) if each.whole]
+    whole = [fill.p for fill in read_birth_fills(moment) if fill.whole]
     highest = max((p for p in whole if chosen.includes(p)), default=0)
-    found = {}
-    for p in (p for p in whole if p <= highest):
-        lives = read_lives(moment, p)
-        ends = [(life.born or 0.0, life.class_size) for life in lives]
-        ends += [(life.dies, -life.class_size) for life in lives if life.dies is not None]
-        places, words = np.array(sorted(ends), dtype=float).reshape(-1, 2).T
-        found[p] = places, words
-    return found
+    return {p: curves.changes_of(read_lives(moment, p)) for p in whole if p <= highest}
 
 
 def _gapless(changes: Changes, highest: int) -> bool:

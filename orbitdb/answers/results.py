@@ -152,6 +152,8 @@ def _short(value: Any) -> str:
 
 
 MOST_ROWS = 10
+_PICTURE = 150
+"""Width of a picture in a table, in pixels."""
 MOST_BOUNCES = 200
 """Longer orbits get no small picture, because it would be a smudge."""
 
@@ -177,7 +179,8 @@ def _row(orbit: Orbit) -> str:
     points, stadium = None, Stadium(orbit.a)
     if orbit.status in EXISTING and orbit.p <= MOST_BOUNCES:
         points = orbit.points
-    picture = "" if points is None else import_module("orbitdb.plots.svg").small_svg(stadium, points)
+    svg = import_module("orbitdb.plots.svg")
+    picture = "" if points is None else svg.orbit_svg(stadium, points, orbit.code, _PICTURE)
     texts = (shortened(orbit.code), str(orbit.p), orbit.status, _number(orbit.length, 7),
              _number(orbit.lyapunov, 7), _number(orbit.lambda_d, 6), _number(orbit.lambda_c, 6),
              str(orbit.class_size or ""), orbit.symmetry or "")  # fmt: skip

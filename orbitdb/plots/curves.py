@@ -1,6 +1,6 @@
 """Figures of results: averages by period, the length spectrum, levels, waves and Husimi functions."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import cycle
 from typing import TYPE_CHECKING
 
@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from numpy.polynomial import Polynomial
 
-from orbitdb.answers.lyapunov import AVERAGES
+from orbitdb.answers.lyapunov import AVERAGES, Average
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
@@ -35,24 +35,24 @@ _EXPONENTS = {
 }
 
 
-def by_period(found: Result) -> tuple[Integers, dict[str, Floats]]:
+def by_period(result: Result) -> tuple[Integers, dict[str, Floats]]:
     """Return all periods from the first to the last, and the columns of a result at these periods.
 
     The columns are NaN for missing periods, which interrupts the line of a curve.
     """
-    here = np.array(found["p"])
-    p = np.arange(here[0], here[-1] + 1)
+    periods = np.array(result["p"])
+    p = np.arange(periods[0], periods[-1] + 1)
     shown = {}
-    for name, values in found.columns.items():
+    for name, values in result.columns.items():
         if name not in ("p", "h_proof"):
             shown[name] = np.full(len(p), np.nan)
-            shown[name][here - here[0]] = np.array(values, dtype=float)
+            shown[name][periods - p[0]] = np.array(values, dtype=float)
     return p, shown
 
 
-def draw_entropy(ax: Axes, found: Result) -> None:
+def draw_entropy(ax: Axes, result: Result) -> None:
     """Draw K_0 and h_zeta against the period, as in the paper's Fig. 5, and any proved bounds."""
-    p, shown = by_period(found)
+    p, shown = by_period(result)
     k_0, h_zeta = shown["K_0"], shown["h_zeta"]
     band = (shown["h_lower"][0], shown["h_upper"][0]) if "h_lower" in shown else ()
     values = np.concatenate([k_0[p > 2], h_zeta[len(h_zeta) // 2 :], band])
@@ -71,17 +71,11 @@ def draw_entropy(ax: Axes, found: Result) -> None:
     ax.set(xlim=(p[0] - 0.7, p[-1] + 0.5), ylim=(low, high))
 
 
-def draw_exponent(ax: Axes, found: Result, name: str) -> None:
+def draw_exponent(ax: Axes, result: Result, name: str) -> None:
     """Draw every average of ``lambda_d`` or ``lambda_c`` against the period, as in the paper's Fig. 6."""
-    p, shown = by_period(found)
+    p, shown = by_period(result)
     for average in AVERAGES:
-        values, colour = shown[average.of(name)], INKS[average.ink]
-        if np.isnan(values).all():
-            continue
-        ax.plot(p, values, average.line, color=colour, markersize=5, linewidth=1, label=average.label)
-        if average.error:
-            error = shown[f"{average.of(name)}_error"]
-            ax.fill_between(p, values - error, values + error, color=colour, alpha=0.3, linewidth=0)
+        _draw_average(ax, p, shown, average, name, INKS[average.ink], average.label)
     if f"{name}_trajectory" in shown:
         value, off = shown[f"{name}_trajectory"][0], 2 * shown[f"{name}_error_trajectory"][0]
         ax.axhspan(value - off, value + off, color=INK, alpha=0.2, linewidth=0)
@@ -91,25 +85,39 @@ def draw_exponent(ax: Axes, found: Result, name: str) -> None:
 
 def compare_exponents(ax: Axes, results: Sequence[Result], name: str) -> None:
     """Draw ``lambda_d`` or ``lambda_c`` at several a against the period, each by the best method it has."""
-    for found, colour in zip(results, cycle(INKS.values()), strict=False):
-        p, shown = by_period(found)
-        known = [each for each in AVERAGES if not np.isnan(shown[each.of(name)]).all()]
-        if not known:
-            continue
-        best = known[-1]
-        values, label = shown[best.of(name)], f"$a = {exact(found.selection.a)}$: {best.brief}"
-        ax.plot(p, values, best.line, color=colour, markersize=5, linewidth=1, label=label)
-        if best.error:
-            error = shown[f"{best.of(name)}_error"]
-            ax.fill_between(p, values - error, values + error, color=colour, alpha=0.3, linewidth=0)
+    for result, colour in zip(results, cycle(INKS.values()), strict=False):
+        p, shown = by_period(result)
+        for best in [average for average in AVERAGES if np.isfinite(shown[average.of(name)]).any()][-1:]:
+            label = f"$a = {exact(result.selection.a)}$: {best.brief}"
+            _draw_average(ax, p, shown, best, name, colour, label)
     _over_periods(ax, _EXPONENTS[name])
+
+
+def _draw_average(
+    ax: Axes, p: Integers, shown: dict[str, Floats], average: Average, name: str, colour: str, label: str
+) -> None:
+    """Draw an average with the band of its error, unless it has no values."""
+    values = shown[average.of(name)]
+    if np.isnan(values).all():
+        return
+    ax.plot(p, values, average.line, color=colour, markersize=5, linewidth=1, label=label)
+    if average.error:
+        error = shown[f"{average.of(name)}_error"]
+        ax.fill_between(p, values - error, values + error, color=colour, alpha=0.3, linewidth=0)
+
+
+def changes_of(births: Iterable["Life"]) -> tuple[Floats, Floats]:
+    """Return the values of a of births and deaths, ascending, and the words gained there, below 0 if lost."""
+    lives = list(births)
+    ends = [(life.born or 0.0, life.class_size) for life in lives]
+    ends += [(life.dies, -life.class_size) for life in lives if life.dies is not None]
+    a, words = np.array(sorted(ends), dtype=float).reshape(-1, 2).T
+    return a, words
 
 
 def draw_births(ax: Axes, births: Sequence["Life"]) -> None:
     """Draw the number of words that are orbits against a, given their births and deaths."""
-    changes = sorted((life.born or 0.0, life.class_size) for life in births)
-    changes = sorted(changes + [(life.dies, -life.class_size) for life in births if life.dies is not None])
-    a, words = np.array(changes).T
+    a, words = changes_of(births)
     first = a[a > 0].min(initial=a.max()) / 2 or 1.0
     ends = np.concatenate([np.maximum(a, first), [2 * max(float(a[-1]), first)]])
     number = np.cumsum(words)
@@ -122,17 +130,17 @@ def _over_periods(ax: Axes, label: str) -> None:
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
 
 
-def draw_spectrum(ax: Axes, found: "Spectrum") -> None:
+def draw_spectrum(ax: Axes, spectrum: "Spectrum") -> None:
     """Draw the length spectrum of the orbits downwards, and that of the levels, if there are any, upwards."""
-    side = -1 if found.quantum is None else 1
-    if found.quantum is not None:
-        ax.plot(found.length, np.abs(found.quantum), color=BLUE, label="levels")
-    ax.plot(found.length, -np.abs(found.orbits), color=ORANGE, label="orbits, downwards")
-    first, last = found.length[[0, -1]]
-    if found.complete < last:
-        beyond = max(found.complete, first)
+    side = -1 if spectrum.quantum is None else 1
+    if spectrum.quantum is not None:
+        ax.plot(spectrum.length, np.abs(spectrum.quantum), color=BLUE, label="levels")
+    ax.plot(spectrum.length, -np.abs(spectrum.orbits), color=ORANGE, label="orbits, downwards")
+    first, last = spectrum.length[[0, -1]]
+    if spectrum.complete < last:
+        beyond = max(spectrum.complete, first)
         ax.axvspan(beyond, last, color=GREY, alpha=0.12, label="orbits may be missing")
-    for peak in found.peaks(1):
+    for peak in spectrum.peaks(1):
         ax.annotate(times(peak), (peak.length, side * peak.height), xytext=(0, 4 * side),
                     textcoords="offset points", fontsize=7, rotation=90, ha="center",
                     va="bottom" if side > 0 else "top")  # fmt: skip
@@ -165,14 +173,14 @@ def draw_levels(ax: Axes, levels: "Levels") -> None:
     ax.set(xlabel="$kR$", ylabel=f"levels from {levels.low:g} to $k$" if levels.low else "levels below $k$")
 
 
-def draw_assessment(ax: Axes, found: "Assessment") -> None:
+def draw_assessment(ax: Axes, assessment: "Assessment") -> None:
     """Draw how many levels are missing below each level, as the orbits give it and rounded to an integer."""
-    place = np.arange(1, len(found) + 1)
-    true, off = found.number > 0, found.excess
-    ax.plot(found.k[true], off[true], ".", markersize=3, label="orbits minus levels")
-    ax.step(found.k[true], (found.number - place)[true], where="mid", label="levels missing so far")
+    place = np.arange(1, len(assessment) + 1)
+    true, off = assessment.number > 0, assessment.excess
+    ax.plot(assessment.k[true], off[true], ".", markersize=3, label="orbits minus levels")
+    ax.step(assessment.k[true], (assessment.number - place)[true], where="mid", label="levels missing so far")
     if not true.all():
-        ax.plot(found.k[~true], off[~true], "x", markersize=6, label="spurious or duplicate")
+        ax.plot(assessment.k[~true], off[~true], "x", markersize=6, label="spurious or duplicate")
     ax.set(xlabel="$kR$", ylabel="levels")
 
 
@@ -204,8 +212,13 @@ def draw_husimi(ax: Axes, wave: "Wave", orbit: "Orbit | None" = None) -> None:
     """Draw the Husimi function in phase space; if an orbit is given, draw its bounces on top."""
     s = (np.arange(_PLACES) + 0.5) * wave.stadium.perimeter / _PLACES
     sine = np.linspace(-1, 1, _SINES)
-    found = wave.husimi(s, sine)
-    ax.imshow(found.T, cmap="Blues", extent=(0, wave.stadium.perimeter, -1, 1), origin="lower", aspect="auto")
+    ax.imshow(
+        wave.husimi(s, sine).T,
+        cmap="Blues",
+        extent=(0, wave.stadium.perimeter, -1, 1),
+        origin="lower",
+        aspect="auto",
+    )
     if orbit is not None and orbit.arclength is not None and orbit.sine is not None:
         ax.plot(orbit.arclength, orbit.sine, "o", color=ORANGE, markersize=4, markeredgecolor=INK)
     ax.grid(visible=False)

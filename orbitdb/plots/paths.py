@@ -2,13 +2,11 @@
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.ticker import FuncFormatter, Locator
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Integers
@@ -32,8 +30,8 @@ _AWAY, _BESIDE = 12, 0.3
 _CONTINUED = "walls and circles, continued"
 _ALONG = 0.65
 """Position of the arrow along a chord, off-centre so that the two arrows of a retraced chord differ."""
-_DIGIT = 0.63
-"""Width of a digit in a label, in units of the font size."""
+_DIGIT = 0.09
+"""Width of a digit in the label of a tick, in inches."""
 
 
 def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -> None:
@@ -102,8 +100,11 @@ def _draw_stadium(ax: Axes, stadium: Stadium, small: bool) -> None:
     ax.spines[["left", "bottom"]].set_visible(False)
     ax.set(xlim=(-beyond, beyond), ylim=(-1 - up, 1 + up), xlabel="$x/R$", ylabel="$y/R$")
     ax.set_yticks([-1, 0, 1])
-    ax.xaxis.set_major_locator(_AtWalls(a))
-    ax.xaxis.set_major_formatter(FuncFormatter(_tick_label))
+    ends, walls = [-a - 1, 0, a + 1], [-a - 1, -a, 0, a, a + 1]
+    labels = {x: f"{x:.3f}".rstrip("0").rstrip(".").replace("-", "\N{MINUS SIGN}") for x in walls}
+    inches = min(a, 1) / (2 * beyond) * ax.get_window_extent().width / ax.figure.dpi
+    ticks = walls if inches > _DIGIT * (max(map(len, labels.values())) + 1) else ends
+    ax.set_xticks(ticks, [labels[x] for x in ticks])
     ax.set_aspect("equal" if equal else "auto")
 
 
@@ -114,31 +115,6 @@ def _room(ax: Axes, a: float, equal: bool) -> tuple[float, float]:
     unit = np.array([2 * (a + 1), 2]) / np.maximum(sizes - 2 * _BESIDE, sizes / 2)
     across, up = (_BESIDE * (np.full(2, unit.max()) if equal else unit)).tolist()
     return across, up
-
-
-class _AtWalls(Locator):
-    """Ticks at the ends of the stadium and of its straight walls, or fewer ticks if labels would touch."""
-
-    def __init__(self, a: float) -> None:
-        self._choices: tuple[list[float], ...] = ([-a - 1, -a, 0, a, a + 1], [-a - 1, 0, a + 1])
-
-    def __call__(self) -> list[float]:
-        """Return the positions of the ticks for the current width of the axis."""
-        return next(filter(self._fit, self._choices), [0.0])
-
-    def _fit(self, places: list[float]) -> bool:
-        """Return whether labels at these positions, in ascending order, are at least one digit apart."""
-        assert self.axis is not None
-        low, high = self.axis.get_view_interval()
-        scale = 3 * self.axis.get_tick_space() / (high - low)  # it assumes labels 3 times as wide as high
-        return all(
-            (right - left) * scale > _DIGIT * (len(_tick_label(left) + _tick_label(right)) / 2 + 1)
-            for left, right in pairwise(places)
-        )
-
-
-def _tick_label(x: float, _place: int | None = None) -> str:
-    return f"{x:.3f}".rstrip("0").rstrip(".").replace("-", "\N{MINUS SIGN}")
 
 
 def draw_phase_space(ax: Axes, stadium: Stadium, periods: Iterable[Period]) -> Any:

@@ -51,7 +51,7 @@ def test_words_from_stdin_are_drawn_in_order(cli, filled, drawn, tmp_path, monke
     found = cli("plot", "sheet", "-", "-o", str(tmp_path / "s.png"), "--db", str(filled))
     assert found.code == 0
     assert labels(drawn[0]) == ["310", "1232131"]
-    assert "001 is left out: geometrically pruned" in found.err
+    assert "001 at a = 1.6 cannot be drawn: geometrically pruned" in found.err
 
 
 def test_a_figure_has_the_given_size_resolution_and_title(cli, filled, drawn, tmp_path):
