@@ -3,20 +3,39 @@
 import asyncio
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+import textual.app
+import textual.pilot
 from textual import events
+from textual._context import active_app
 from textual.pilot import Pilot
 from textual.screen import Screen
 from textual.widgets import Input
+from textual.worker import WorkerCancelled
 from there import there
 
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.paged_table import PagedTable
 from orbitdb.cli.tui.stored import Row
 from orbitdb.store.selection import Selection
+
+
+async def _handled(*_: float) -> None:
+    """Wait until no message is left in the app.
+
+    Textual waits until its process is idle: that takes 20 ms each time, and a busy machine seems idle.
+    """
+    app = active_app.get()
+    while True:
+        await Pilot(app).pause(0)
+        if all(pump._message_queue.empty() for pump in (app, *app._registry) if pump.is_running):
+            return
+
+
+textual.app.wait_for_idle = textual.pilot.wait_for_idle = _handled  # type: ignore[attr-defined]
 
 SMALL, LARGE, TINY = (80, 24), (160, 48), (60, 20)
 
@@ -42,7 +61,8 @@ async def settle(pilot: Pilot[Any]) -> None:
     """Wait for the workers and their messages."""
     await pilot.pause()  # a closing dialog may start a worker, which sends a message
     while pilot.app.workers:
-        await pilot.app.workers.wait_for_complete()
+        with suppress(WorkerCancelled):  # another one replaced it
+            await pilot.app.workers.wait_for_complete()
         await pilot.pause()
 
 
