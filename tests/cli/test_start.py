@@ -22,7 +22,7 @@ LIGHTEST_FIRST = {
     "columns": "",
     "query 1232131 -c code,length": "numpy",
     "query 1232131": "orbitdb.orbits.births orbitdb.orbits.newton",
-    "table": "asyncio orbitdb.averages orbitdb.averages.sum_rules orbitdb.entropy.bounds",
+    "table": "orbitdb.averages orbitdb.averages.sum_rules orbitdb.entropy.bounds",
     "query --p 3": "",
     "lyapunov": "",
     "births --p 2": "multiprocessing orbitdb.filling",
