@@ -84,7 +84,7 @@ def verify(
     Each line is one check: the number of rows checked, the number of failures, the worst deviation, its share
     of what rounding and the error bound of the row allow (above 1 is a failure), and the first row that
     fails. The exit code is 1 if a check fails. Counts are checked for whole periods. Rows are checked if you
-    choose them, even in a partly filled period. Quantum levels are checked unless you choose periods.
+    choose them, even in a partly filled period. Quantum levels are checked if you choose no rows.
     """
     from orbitdb.answers.completeness import unfilled
     from orbitdb.store.file import reading

@@ -259,8 +259,8 @@ def _solved(p: int, a: float) -> tuple[Tally, PeriodSums, float]:
 
 
 def level_parts(connection: Connection, selections: Sequence[Selection]) -> Iterator[Part]:
-    """Yield parts that check the quantum levels of each parity at the chosen a, unless periods are chosen."""
-    chosen = {selection.a for selection in selections if not selection.periods}
+    """Yield parts that check the quantum levels of each parity at the chosen a, unless words are chosen."""
+    chosen = {selection.a for selection in selections if selection == Selection(selection.a)}
     stored = connection.execute("SELECT DISTINCT a, parity FROM level_fill ORDER BY a, parity")
     for a, parity in (row for row in stored if row[0] in chosen):
         yield Part(f"levels {parity} at a = {exact(a)}", partial(_levels, a, parity))

@@ -95,7 +95,7 @@ def verify(
     selections : sequence of Selection
         What to check, one for each a. The file itself is always checked. Counts, births and the words of
         classes are checked in the chosen periods, or in all periods if there are no selections; orbits are
-        checked only in classes with chosen words, and levels unless periods are chosen.
+        checked only in classes with chosen words, and levels only if all words are chosen.
     sample : int, optional
         Check the orbits of only this many of the chosen classes at each a, drawn at random.
     restarts : int, optional

@@ -110,13 +110,14 @@ def test_only_births_of_chosen_periods_are_checked_again(sound):
     assert not found.failures
 
 
-def test_levels_are_checked_at_the_chosen_a_unless_periods_are_chosen(sound_levels, cli):
+def test_levels_are_checked_at_the_chosen_a_unless_words_are_chosen(sound_levels, cli):
     db = ["--db", str(sound_levels)]
     nothing = cli("verify", "--p", "2-4", "--json", *db)
     assert nothing.code == 1
     assert "levels" not in nothing.out
     assert "1 quantum level" in cli("verify", *db).err
-    assert "levels" not in checks(sound_levels, Selection(1.0))
+    for other in (Selection(1.0), Selection(periods=((2, 4),)), Selection(where="length < 9")):
+        assert "levels" not in checks(sound_levels, other)
     assert checks(sound_levels, Selection(1.6))["levels"].rows > 0
 
 
