@@ -83,15 +83,15 @@ class GivenLevels:
 
         named = parities_of(self.parity)
         if self.levels is None:
-            return {each: levels_from_zero(moment, a, each).k for each in named}
+            return {parity: levels_from_zero(moment, a, parity).k for parity in named}
         table = self._table(self.levels)
-        known = {parity for parity, _ in table}
-        if known == {None} and len(named) > 1:
+        in_file = {parity for parity, _ in table}
+        if in_file == {None} and len(named) > 1:
             raise InputError(
                 f"statistics need one parity: name it with --parity, or add a column parity to {self.levels}"
             )
-        here = [each for each in named if known == {None} or each in known]
-        return {each: check_levels(self._of(table, each), Stadium(a), each) for each in here}
+        given = [parity for parity in named if in_file == {None} or parity in in_file]
+        return {parity: check_levels(self._of(table, parity), Stadium(a), parity) for parity in given}
 
     def _table(self, path: Path) -> "Table":
         return read_file(path, "energy" if self.energies else "k" if self.frequency is None else "frequency")
@@ -140,7 +140,7 @@ def read_file(path: Path, name: str) -> "Table":
         why = error.strerror if isinstance(error, OSError) else "not text"
         raise InputError(f"{path}: {why}; give a file with one level per line") from None
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
-    mark = next((each for each in "\t;, " if lines and each in lines[0]), ",")
+    mark = next((mark for mark in "\t;, " if lines and mark in lines[0]), ",")
     bare = not lines or _number(lines[0].split(mark)[0]) is not None
     table = csv.DictReader(lines, [name] if bare else None, delimiter=mark, skipinitialspace=True)
     if (table.fieldnames or []).count(name) > 1:

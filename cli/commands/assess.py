@@ -66,18 +66,18 @@ def assess(
     parity = given.of_one()
     read = given.read(parity)
     with progress("summing orbits"), reading(db, a, Choice()) as (moment, (chosen,)):
-        found, hints = assess_levels(moment, chosen.a, read, parity, fit_radius, window)
+        assessment, hints = assess_levels(moment, chosen.a, read, parity, fit_radius, window)
     if numbers:
-        output.write(NUMBERS, found.numbers())
+        output.write(NUMBERS, assessment.numbers())
     else:
-        output.write(COLUMNS, found.gaps if found.fits else [])
+        output.write(COLUMNS, assessment.gaps if assessment.fits else [])
     if fit_radius:
         unit = given.radius or 1.0
-        scaled = with_error(found.scale * unit, found.scale_error * unit)
+        scaled = with_error(assessment.scale * unit, assessment.scale_error * unit)
         note(f"radius {scaled} {'m' if given.radius else 'times the one you used'}; the k above use it")
-    for said in [found.verdict(), *hints]:
-        note(said)
-    if found.gaps or not found.fits:
+    for line in [assessment.verdict(), *hints]:
+        note(line)
+    if assessment.gaps or not assessment.fits:
         raise typer.Exit(1)
 
 
@@ -87,12 +87,12 @@ def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output,
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.quantum.level_statistics import Statistics, expected, statistics
 
-    rows, told = [], []
+    rows, notes = [], []
     with reading(db, asked, Choice()) as (moment, (chosen,)):
         for parity, k in given.by_parity(moment, chosen.a).items():
             rows += [statistics(k, Stadium(chosen.a), parity, balls) for balls in (False, True)]
-            told.append(f"{parity}: {len(k)} levels at a = {exact(chosen.a)}, k below {k[-1]:.4g}")
-            told += notes_on_missing_levels(moment, chosen.a, k, parity)
+            notes.append(f"{parity}: {len(k)} levels at a = {exact(chosen.a)}, k below {k[-1]:.4g}")
+            notes += notes_on_missing_levels(moment, chosen.a, k, parity)
     output.write(Statistics._fields, [*rows, *expected()])
-    for said in told:
-        note(said)
+    for line in notes:
+        note(line)

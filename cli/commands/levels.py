@@ -48,14 +48,14 @@ def levels(
     """
     if method == "orbits":
         options.refuse_idle(context, "with --method orbits", "jobs", "store")
-        found = _from_orbits(k, parity, a, output, db)
+        count = _from_orbits(k, parity, a, output, db)
     elif method != "elements":
         raise InputError(f"method {method!r}: use elements or orbits")
     elif k is None:
         raise InputError("give the range of k, such as --k 0:30")
     else:
-        found = _from_elements(k, parity, a, jobs, output, db if store else None)
-    if not found:
+        count = _from_elements(k, parity, a, jobs, output, db if store else None)
+    if not count:
         raise typer.Exit(1)
 
 
@@ -72,24 +72,27 @@ def _from_elements(
 
     low, high = read_range("--k", k)
     stadium, parities = Stadium(a), parities_of(parity)
-    for each in parities:
-        list(windows(stadium, each, low, high))  # a refused range must leave no file
+    for one in parities:
+        list(windows(stadium, one, low, high))  # a refused range must leave no file
     if db is not None:
         bring(db)
     with progress("levels") as shown:
         parts = find_levels(db, stadium, low, high, parities, jobs, shown)
-    found = Levels.joined(a, low, high, parts)
-    output.write(COLUMNS, zip(found.k.tolist(), found.error.tolist(), found.parity.tolist(), strict=True))
-    for each, windows_of in parts.items():
+    listed = Levels.joined(a, low, high, parts)
+    output.write(
+        COLUMNS,
+        zip(listed.k.tolist(), listed.error.tolist(), listed.parity.tolist(), strict=True),
+    )
+    for one, windows_of in parts.items():
         below = min(part.below + int((part.k < low).sum()) for part in windows_of if part.high > low)
-        here = found.parity == str(each)
-        own, error = found.k[here], found.error[here]
+        of_parity = listed.parity == str(one)
+        own, error = listed.k[of_parity], listed.error[of_parity]
         places = np.linspace(low, high, 2000)
-        off = float((below + np.searchsorted(own, places) - weyl(stadium, each)(places)).mean())
+        off = float((below + np.searchsorted(own, places) - weyl(stadium, one)(places)).mean())
         worst = f", errors up to {error.max():.0e}" if len(own) else ""
         count = several(len(own), "level")
-        note(f"{each}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}")
-    return len(found)
+        note(f"{one}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}")
+    return len(listed)
 
 
 def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db: Path) -> int:
@@ -100,10 +103,10 @@ def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db
 
     low, high = (0.0, None) if k is None else read_range("--k", k)
     with progress("summing orbits"), reading(db) as moment:
-        found = levels_from_orbits(moment, a, high, parities_of(parity))
-        known = beside(moment, found)
-    rows = zip(found.k.tolist(), found.error.tolist(), found.parity.tolist(), known, strict=True)
+        listed = levels_from_orbits(moment, a, high, parities_of(parity))
+        exact = beside(moment, listed)
+    rows = zip(listed.k.tolist(), listed.error.tolist(), listed.parity.tolist(), exact, strict=True)
     shown = [row for row in rows if row[0] >= low]
     output.write((*COLUMNS, "exact"), shown)
-    note(f"{several(len(shown), 'level')} below k = {found.high:g}: {found.basis}")
+    note(f"{several(len(shown), 'level')} below k = {listed.high:g}: {listed.basis}")
     return len(shown)

@@ -69,20 +69,20 @@ def spectrum(
     parity = given.of_one()
     read = given.read(parity)
     with progress("summing orbits"), reading(db, a, Choice()) as (moment, (chosen,)):
-        found = read_spectrum(moment, chosen.a, (low, high), points, k_max, read, parity)
+        result = read_spectrum(moment, chosen.a, (low, high), points, k_max, read, parity)
         judged = [] if read is None else notes_on_missing_levels(moment, chosen.a, read, parity)
     if terms:
         from orbitdb.quantum.length_spectrum import TERMS
 
-        output.write(TERMS, found.term_rows())
+        output.write(TERMS, result.term_rows())
     elif peaks:
-        output.write(PEAKS, found.peaks())
+        output.write(PEAKS, result.peaks())
     else:
         from orbitdb.quantum.length_spectrum import COLUMNS
 
-        output.write(COLUMNS, found.rows())
-    for said in [*found.notes()[: 1 if terms else None], *judged]:
-        note(said)
+        output.write(COLUMNS, result.rows())
+    for line in [*result.notes()[: 1 if terms else None], *judged]:
+        note(line)
 
 
 def scars(

@@ -46,13 +46,13 @@ def draw_length_spectrum(moment: Moment, chosen: Selection, given: GivenLevels) 
     """Draw the length spectrum of the orbits downwards and that of the levels, if there are any, upwards."""
     parity = given.of_one()
     levels = given.read(parity)
-    found = read_spectrum(moment, chosen.a, _LENGTHS, 1000, levels=levels, parity=parity)
+    spectrum = read_spectrum(moment, chosen.a, _LENGTHS, 1000, levels=levels, parity=parity)
     judged = [] if levels is None else notes_on_missing_levels(moment, chosen.a, levels, parity)
-    for said in [*found.notes(), *judged]:
-        note(said)
-    title = f"length spectrum at a = {exact(chosen.a)}, {_of(parity)}, k below {found.k_max:.4g}"
+    for line in [*spectrum.notes(), *judged]:
+        note(line)
+    title = f"length spectrum at a = {exact(chosen.a)}, {_of(parity)}, k below {spectrum.k_max:.4g}"
     with figure(7.2, 4.8, title) as made:
-        curves.draw_spectrum(made.add_subplot(), found)
+        curves.draw_spectrum(made.add_subplot(), spectrum)
     return made
 
 
@@ -61,14 +61,14 @@ def draw_levels(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure
     stadium, parity = Stadium(chosen.a), given.of_one()
     levels = given.read(parity)
     if levels is None:
-        known = levels_from_zero(moment, chosen.a, parity)
-        k, end = known.k, known.high
+        stored = levels_from_zero(moment, chosen.a, parity)
+        k, end = stored.k, stored.high
     else:
         k = check_levels(levels, stadium, parity)
         end = float(k[-1])
     orbits = orbits_for(stadium, read_orbits(moment, chosen)[0], parity, np.array([end]))
-    here = orbits.k <= end
-    at, smooth, count = orbits.k[here], orbits.smooth[here], orbits.count[0][here]
+    below_end = orbits.k <= end
+    at, smooth, count = orbits.k[below_end], orbits.smooth[below_end], orbits.count[0][below_end]
     label = f"orbits, $X = {orbits.cutoffs[0]:g}$"
     title = f"{len(k)} levels at a = {exact(chosen.a)}, {_of(parity)}, k below {end:.4g}"
     with figure(7.2, 6.0, title) as made:
@@ -94,18 +94,18 @@ def draw_assessment(moment: Moment, chosen: Selection, given: GivenLevels) -> Fi
     parity = given.of_one()
     levels = given.read(parity)
     window = levels is not None and not begins_at_zero(levels, Stadium(chosen.a), parity)
-    found, hints = assess_levels(moment, chosen.a, levels, parity, window=window)
-    for said in hints:
-        note(said)
-    with figure(7.2, 4.2, found.verdict()) as made:
-        curves.draw_assessment(made.add_subplot(), found)
+    assessment, hints = assess_levels(moment, chosen.a, levels, parity, window=window)
+    for line in hints:
+        note(line)
+    with figure(7.2, 4.2, assessment.verdict()) as made:
+        curves.draw_assessment(made.add_subplot(), assessment)
     return made
 
 
 def draw_spacings(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
     """Draw the distribution of level spacings, in units of their mean, with those of Wigner and Poisson."""
     a, parts = chosen.a, given.by_parity(moment, chosen.a)
-    gaps = np.concatenate([np.diff(unfolded(k, Stadium(a), each)) for each, k in parts.items()])
+    gaps = np.concatenate([np.diff(unfolded(k, Stadium(a), parity)) for parity, k in parts.items()])
     s = np.linspace(0, _BINS[-1], 200)
     with figure(6.4, 4.2, f"{len(gaps)} spacings at a = {exact(a)}: {', '.join(parts)}") as made:
         ax = made.add_subplot()
@@ -125,17 +125,17 @@ def draw_rigidity(moment: Moment, chosen: Selection, given: GivenLevels) -> Figu
     a, parts = chosen.a, given.by_parity(moment, chosen.a)
     colours = dict(zip(Parity, (BLUE, ORANGE, GREEN, PURPLE), strict=True))
     shown: list[tuple[str, Callable[[Floats, float], float | None], Floats, Floats]] = [
-        (r"$\Delta_3(L)$", delta3, np.array([goe_delta3(each) for each in _RIGID]), _RIGID / 15),
+        (r"$\Delta_3(L)$", delta3, np.array([goe_delta3(length) for length in _RIGID]), _RIGID / 15),
         (r"number variance $\Sigma^2(L)$", number_variance, goe_variance(_RIGID), _RIGID),
     ]
     with figure(6.4, 7.2, f"spectral rigidity at a = {exact(a)}: {', '.join(parts)}") as made:
         for ax, (name, statistic, goe, poisson) in zip(made.subplots(2, 1, sharex=True), shown, strict=True):
-            for each, k in parts.items():
+            for parity, k in parts.items():
                 for balls, style in ((False, "-"), (True, ":")):
-                    x = np.sort(unfolded(k, Stadium(a), each, balls))
-                    label = f"{each}, without bouncing balls" if balls else f"{each}"
+                    x = np.sort(unfolded(k, Stadium(a), parity, balls))
+                    label = f"{parity}, without bouncing balls" if balls else f"{parity}"
                     values = np.array([statistic(x, length) for length in _RIGID], float)
-                    ax.plot(_RIGID, values, style, color=colours[each], label=label)
+                    ax.plot(_RIGID, values, style, color=colours[parity], label=label)
             ax.plot(_RIGID, goe, color=INK, label="random matrices (GOE)")
             ax.plot(_RIGID, poisson, "--", color=GREY, label="uncorrelated levels (Poisson)")
             ax.set(ylabel=name, ylim=(0, 2.5 * goe[-1]), xlim=(0, _RIGID[-1]))
@@ -146,17 +146,17 @@ def draw_rigidity(moment: Moment, chosen: Selection, given: GivenLevels) -> Figu
 
 def draw_wave(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure:
     """Draw psi^2 of the level nearest to the given k, with the orbit, if any, on top."""
-    found = _nearest(a, k, parity)
-    with figure(7.2, 2.2 + 2.4 / (1 + a), _title(found, orbit)) as made:
-        curves.draw_wave(made.add_subplot(), found, orbit)
+    wave = _nearest(a, k, parity)
+    with figure(7.2, 2.2 + 2.4 / (1 + a), _title(wave, orbit)) as made:
+        curves.draw_wave(made.add_subplot(), wave, orbit)
     return made
 
 
 def draw_husimi(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure:
     """Draw the Husimi function of the level nearest to the given k, with the bounces of the orbit, if any."""
-    found = _nearest(a, k, parity)
-    with figure(7.2, 4.2, _title(found, orbit)) as made:
-        curves.draw_husimi(made.add_subplot(), found, orbit)
+    wave = _nearest(a, k, parity)
+    with figure(7.2, 4.2, _title(wave, orbit)) as made:
+        curves.draw_husimi(made.add_subplot(), wave, orbit)
     return made
 
 
@@ -168,15 +168,15 @@ def _nearest(a: float, k: float, parity: Parity) -> Wave:
     """Return the wave of the level nearest to the given k."""
     stadium, width = Stadium(a), 0.0
     spacing = 1 / max(float(weyl(stadium, parity).deriv()(k)), 0.2)
-    found: list[Wave] = []
-    while not found:
+    near: list[Wave] = []
+    while not near:
         width += 2 * spacing
-        found = list(all_waves(stadium, max(k - width, 0.0), k + width, parity))
-    return min(found, key=lambda wave: abs(wave.k - k))
+        near = list(all_waves(stadium, max(k - width, 0.0), k + width, parity))
+    return min(near, key=lambda wave: abs(wave.k - k))
 
 
-def _title(found: Wave, orbit: Orbit | None) -> str:
-    level = f"k = {found.k:.7g}, {found.parity}, a = {exact(found.stadium.a)}"
+def _title(wave: Wave, orbit: Orbit | None) -> str:
+    level = f"k = {wave.k:.7g}, {wave.parity}, a = {exact(wave.stadium.a)}"
     if orbit is None:
         return level
-    return f"{level}; {short(orbit.code)} with strength {found.strength(orbit):.3f}"
+    return f"{level}; {short(orbit.code)} with strength {wave.strength(orbit):.3f}"

@@ -65,7 +65,7 @@ def levels_from_zero(
     if not 0 < high <= last:
         asked = 30 if k_max is None else k_max
         of = "" if parity is None else f" of parity {parity}"
-        known = f"levels{of} are stored up to k = {last:g}" if last else f"no levels{of} are stored"
+        stored = f"levels{of} are stored up to k = {last:g}" if last else f"no levels{of} are stored"
         command = f"'orbitdb levels --k 0:{asked:g} --a {exact(a)}'"
         if any(ends.values()) and not last:
             some = ", ".join(one for one, end in ends.items() if end)
@@ -73,7 +73,7 @@ def levels_from_zero(
                 f"only {some} levels are stored at a = {exact(a)}: choose one parity, or find "
                 f"the others with {command}"
             )
-        raise InputError(f"{known} at a = {exact(a)}: {command} finds them")
+        raise InputError(f"{stored} at a = {exact(a)}: {command} finds them")
     return Levels.joined(a, 0.0, high, windows_of)
 
 
@@ -99,9 +99,9 @@ def stored_levels(connection: Connection, a: float, parity: Parity) -> list[Leve
     return windows
 
 
-def ranges_not_stored(known: Sequence[LevelWindow], low: float, high: float) -> Iterator[tuple[float, float]]:
+def ranges_not_stored(done: Sequence[LevelWindow], low: float, high: float) -> Iterator[tuple[float, float]]:
     """Yield the ranges of k between `low` and `high` that no window covers."""
-    for window in known:
+    for window in done:
         if low < min(window.low, high):
             yield low, min(window.low, high)
         low = max(low, window.high)
@@ -139,17 +139,17 @@ def levels_from_orbits(
     return replace(Levels.joined(stadium.a, 0.0, end, windows), basis="; ".join(basis))
 
 
-def beside(moment: Moment, found: Levels) -> list[float | None]:
+def beside(moment: Moment, levels: Levels) -> list[float | None]:
     """Return, for each level from orbits, the stored level with the same number, or None."""
-    known: dict[tuple[str, int], float] = {}
-    for parity in found.parities:
-        for window in stored_levels(moment, found.a, parity):
-            known.update(((str(parity), window.below + n), k) for n, k in enumerate(window.k.tolist(), 1))
-    numbers = dict.fromkeys(map(str, found.parities), 0)
+    exact_k: dict[tuple[str, int], float] = {}
+    for parity in levels.parities:
+        for window in stored_levels(moment, levels.a, parity):
+            exact_k.update(((str(parity), window.below + n), k) for n, k in enumerate(window.k.tolist(), 1))
+    numbers = dict.fromkeys(map(str, levels.parities), 0)
     values = []
-    for parity in found.parity.tolist():
+    for parity in levels.parity.tolist():
         numbers[parity] += 1
-        values.append(known.get((parity, numbers[parity])))
+        values.append(exact_k.get((parity, numbers[parity])))
     return values
 
 
@@ -203,9 +203,9 @@ def read_spectrum(
     classes, highest = read_orbits(moment, Selection(stadium.a))
     codes = classes.representative
     assert codes is not None
-    known = read_levels(moment, stadium.a, of) if given is None else (given, float(given[-1]))
-    end = _USUAL_K_MAX if known is None else known[1]
-    if k_max is not None and known is not None and k_max > end:
+    compared = read_levels(moment, stadium.a, of) if given is None else (given, float(given[-1]))
+    end = _USUAL_K_MAX if compared is None else compared[1]
+    if k_max is not None and compared is not None and k_max > end:
         raise InputError(
             f"the levels end at k = {end:.6g}: give a smaller k_max than {k_max:g}, or more levels"
         )
@@ -213,7 +213,7 @@ def read_spectrum(
     x, longest = np.linspace(float(ends[0]), float(ends[1]), points), float(ends[1]) + reach(end)
     terms = orbit_terms(classes, longest, of)
     orbits = of_terms(terms, x, end) + of_family(stadium, x, end, of)
-    quantum = None if known is None else of_levels(known[0], x, end, stadium, of)
+    quantum = None if compared is None else of_levels(compared[0], x, end, stadium, of)
     complete = least_length(highest, stadium.a) if highest > 1 else 0.0
     if of is not None:
         complete /= 2  # because half orbits contribute
@@ -249,18 +249,18 @@ def assess_levels(
     levels = check_levels(k, stadium, of, window)
     classes, _ = classes_for_levels(moment, stadium.a)
     orbits = orbits_for(stadium, classes, of, levels, window)
-    found = assess(levels, orbits, stadium, of, window, fit_radius)
-    if not found.fits or found.at_limit:
-        return found, _hints(moment, found, classes, levels)
-    lowest = 0 if window else int(found.number[found.number > 0][0]) - 1
+    assessment = assess(levels, orbits, stadium, of, window, fit_radius)
+    if not assessment.fits or assessment.at_limit:
+        return assessment, _hints(moment, assessment, classes, levels)
+    lowest = 0 if window else int(assessment.number[assessment.number > 0][0]) - 1
     if lowest < _LOWEST:
-        return found, []
-    return found, [f"the {lowest} lowest levels are missing: a list that begins higher up is a window"]
+        return assessment, []
+    return assessment, [f"the {lowest} lowest levels are missing: a list that begins higher up is a window"]
 
 
-def _hints(moment: Moment, found: Assessment, classes: OrbitClasses, k: Floats) -> list[str]:
+def _hints(moment: Moment, assessment: Assessment, classes: OrbitClasses, k: Floats) -> list[str]:
     """Return hints for a list that does not fit: a radius, a parity or a stored a with which it fits."""
-    stadium, of, window = Stadium(found.a), found.parity, found.window
+    stadium, of, window = Stadium(assessment.a), assessment.parity, assessment.window
 
     def better(stadium: Stadium, classes: OrbitClasses, parity: Parity | None, fit: bool = False) -> bool:
         try:
@@ -272,9 +272,9 @@ def _hints(moment: Moment, found: Assessment, classes: OrbitClasses, k: Floats) 
         return other.scatter < _CLEARLY * FITS and not other.at_limit
 
     hints = []
-    if found.at_limit:
+    if assessment.at_limit:
         hints.append("the fit of the radius failed: the radius is off by more than half a per cent")
-    elif not window and found.scale == 1 and better(stadium, classes, of, True):
+    elif not window and assessment.scale == 1 and better(stadium, classes, of, True):
         hints.append("they fit with another radius: fit the radius")
     hints += [
         f"they fit the parity {other}"
@@ -295,16 +295,16 @@ def _hints(moment: Moment, found: Assessment, classes: OrbitClasses, k: Floats) 
 def notes_on_missing_levels(moment: Moment, a: float, k: Floats, parity: Parity | None) -> list[str]:
     """Return a line on the levels that a list lacks, and notes; [] if it lacks none or orbits cannot tell."""
     try:
-        found, notes = assess_levels(moment, a, k, parity)
+        assessment, notes = assess_levels(moment, a, k, parity)
     except InputError:
         return []
-    if found.fits and not found.gaps:
+    if assessment.fits and not assessment.gaps:
         return []
-    if not found.fits:
-        return [found.verdict(), *notes]
-    places = ", ".join(gap.place() for gap in found.gaps[:_SHOWN])
-    more = f" and {len(found.gaps) - _SHOWN} more" if len(found.gaps) > _SHOWN else ""
-    return [f"{found.verdict()}: {places}{more}; 'orbitdb assess FILE' lists them", *notes]
+    if not assessment.fits:
+        return [assessment.verdict(), *notes]
+    places = ", ".join(gap.place() for gap in assessment.gaps[:_SHOWN])
+    more = f" and {len(assessment.gaps) - _SHOWN} more" if len(assessment.gaps) > _SHOWN else ""
+    return [f"{assessment.verdict()}: {places}{more}; 'orbitdb assess FILE' lists them", *notes]
 
 
 def orbits_for(

@@ -150,13 +150,13 @@ class _Condensed:
         """Return the normalised functions, shape (F, E, n, n), of vectors, shape (size + E m, F)."""
         of, count = self.of, vectors.shape[1]
         rims = np.concatenate([vectors[: self.size], np.zeros((1, count))])[self.node]
-        found = np.empty((count, *of.scale.shape))
-        found[:, :, of.rim] = np.moveaxis(rims, -1, 0)
-        found[:, :, ~of.rim] = np.moveaxis(
+        values = np.empty((count, *of.scale.shape))
+        values[:, :, of.rim] = np.moveaxis(rims, -1, 0)
+        values[:, :, ~of.rim] = np.moveaxis(
             of.modes @ vectors[self.size :].reshape(*of.levels.shape, -1), -1, 0
         )
-        found = (found * of.scale).reshape(count, *of.grid.node.shape)
-        return found / np.sqrt((found**2 * of.grid.weight).sum(axis=(1, 2, 3), keepdims=True))
+        values = (values * of.scale).reshape(count, *of.grid.node.shape)
+        return values / np.sqrt((values**2 * of.grid.weight).sum(axis=(1, 2, 3), keepdims=True))
 
 
 def eigenfunctions(of: Interiors, fixed: Fixed, low: float, high: float) -> tuple[int, Floats, Floats]:

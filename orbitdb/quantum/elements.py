@@ -127,9 +127,9 @@ def _towards(joint: Floats, cell: Cell, layers: int) -> Iterator[Cell]:
     """Yield the parts of a cell, which shrink towards the joint if the joint is one of its corners."""
     corners = cell.corners
     places = cell.patch(corners[:, 0], corners[:, 1])
-    here = np.flatnonzero(np.abs(places - joint).max(axis=1) < 1e-9)
-    if len(here):
-        corners = np.roll(corners, -here[0], axis=0)
+    at_joint = np.flatnonzero(np.abs(places - joint).max(axis=1) < 1e-9)
+    if len(at_joint):
+        corners = np.roll(corners, -at_joint[0], axis=0)
         for _ in range(layers):
             nearer = corners[0] + _SHRINK * (corners - corners[0])
             yield Cell(cell.patch, np.array([nearer[1], corners[1], corners[2], nearer[2]]))
@@ -206,10 +206,10 @@ class Grid(NamedTuple):
 
     def energy(self, values: Floats) -> Floats:
         """Return the energy of each function in each cell, shape (F, E)."""
-        found = np.empty(values.shape[:2])
+        energy = np.empty(values.shape[:2])
         for n in range(len(values)):  # one function at a time, to save memory
-            found[n] = np.square(self.gradient(values[n : n + 1])).sum(axis=(0, 1, 3, 4))
-        return found
+            energy[n] = np.square(self.gradient(values[n : n + 1])).sum(axis=(0, 1, 3, 4))
+        return energy
 
     def truncation(self, values: Floats) -> Floats:
         """Estimate the error that the finite degree causes in the energies of functions, shape (F, E, n, n).

@@ -151,8 +151,8 @@ class Spectrum(Drawn):
         of_orbit = terms.orbit >= 0
         codes = np.append(self.codes, _FAMILY)[terms.orbit].tolist()
         phases = [
-            [value if own else None for value, own in zip(each.tolist(), of_orbit.tolist(), strict=True)]
-            for each in (terms.maslov, terms.sign)
+            [value if own else None for value, own in zip(values.tolist(), of_orbit.tolist(), strict=True)]
+            for values in (terms.maslov, terms.sign)
         ]
         amplitudes = _parts(terms.amplitude + 0.0)
         return list(
@@ -216,17 +216,17 @@ def of_levels(
 
 def of_terms(terms: Terms, x: Floats, k_max: float) -> Complexes:
     """Return F from terms, at lengths x in ascending order, shape (n,)."""
-    found = np.zeros(len(x), np.complex128)
+    total = np.zeros(len(x), np.complex128)
     far = reach(k_max)
     ordered = terms.rows(np.argsort(terms.length))
     for first in range(0, len(x), _POINTS):
-        here = x[first : first + _POINTS]
-        low, high = np.searchsorted(ordered.length, [here[0] - far, here[-1] + far])
-        step = BLOCK // len(here)
+        lengths = x[first : first + _POINTS]
+        low, high = np.searchsorted(ordered.length, [lengths[0] - far, lengths[-1] + far])
+        step = BLOCK // len(lengths)
         for at in range(low, high, step):
             some = ordered.rows(np.arange(at, min(at + step, high)))
-            found[first : first + len(here)] += peak_of_each(some, here, k_max).sum(axis=1)
-    return found
+            total[first : first + len(lengths)] += peak_of_each(some, lengths, k_max).sum(axis=1)
+    return total
 
 
 _POINTS = 64
@@ -235,18 +235,14 @@ _POINTS = 64
 def peak_of_each(terms: Terms, x: Floats, k_max: float) -> Complexes:
     """Return the contribution of each term to F at each of the lengths x, shape (n, N)."""
     at, length, amplitude = x[:, None], terms.length, terms.amplitude
-    found: Complexes = (
-        _peak(at - length, k_max) * amplitude.conj() + _peak(at + length, k_max) * amplitude
-    ) / 2
-    return found
+    return (_peak(at - length, k_max) * amplitude.conj() + _peak(at + length, k_max) * amplitude) / 2
 
 
 def _peak(y: Floats, k_max: float) -> Complexes:
     """Return the integral of w(k) exp(i k y) in closed form, because w is a sum of cosines."""
     z = k_max * y / (2 * math.pi)
     sides = (np.sinc(z - 1) + np.sinc(z + 1)) / 4 + (np.sinc(z - 2) + np.sinc(z + 2)) / 16
-    found: Complexes = k_max * (3 / 8 * np.sinc(z) + sides) * np.exp(1j * math.pi * z)
-    return found
+    return np.asarray(k_max * (3 / 8 * np.sinc(z) + sides) * np.exp(1j * math.pi * z))
 
 
 def of_family(stadium: Stadium, x: Floats, k_max: float, parity: Parity | None = None) -> Complexes:
@@ -254,11 +250,6 @@ def of_family(stadium: Stadium, x: Floats, k_max: float, parity: Parity | None =
     k, weights = _quadrature(k_max, x)
     balls = family(stadium, k, x[-1] + reach(k_max), parity)
     return _transform(k, weights * sum((wave.real for _, wave in balls), np.zeros_like(k)), x)
-
-
-def counted(terms: Terms, k: Floats) -> Floats:
-    """Return what the terms add to the number of levels below each k: the sum of Im(A exp(i k l)) / l."""
-    return _transform(terms.length, terms.amplitude / terms.length, k).imag
 
 
 def _window(k: Floats, k_max: float) -> Floats:

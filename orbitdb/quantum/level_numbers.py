@@ -254,12 +254,12 @@ class Filling:
             density = np.maximum(self.density(y), _LEAST_DENSITY)
             stretch = np.searchsorted(self.ends, y)
             for n in np.unique(stretch).tolist():
-                here, (rows, waves) = stretch == n, self.stretches[n]
-                z = self.cutoff * (self.k[rows, None] - y[here])
+                inside, (rows, waves) = stretch == n, self.stretches[n]
+                z = self.cutoff * (self.k[rows, None] - y[inside])
                 slope = -self.cutoff * np.exp(-(z**2) / 2) / math.sqrt(2 * math.pi) / self.sigma[rows, None]
                 slope_of_rest = slope - waves @ (waves.T @ slope)
-                normal = slope.T @ slope_of_rest + np.diag((density[here] / _DAMPING) ** 2)
-                step[here] = np.linalg.solve(normal, slope_of_rest.T @ off[rows])
+                normal = slope.T @ slope_of_rest + np.diag((density[inside] / _DAMPING) ** 2)
+                step[inside] = np.linalg.solve(normal, slope_of_rest.T @ off[rows])
             step = np.clip(step, -_LONGEST / density, _LONGEST / density)
             y = np.sort(y + step)
             if (np.abs(step * density) < _SETTLED).all():

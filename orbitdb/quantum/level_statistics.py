@@ -75,14 +75,14 @@ def statistics(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False)
     error = float(ratios.std(ddof=1) / math.sqrt(len(ratios)))
     return Statistics(
         str(parity), "out" if balls else "in", len(x), float(ratios.mean()), error, float(gaps.var()),
-        *(delta3(x, each) for each in LENGTHS), *(number_variance(x, each) for each in LENGTHS),
+        *(delta3(x, length) for length in LENGTHS), *(number_variance(x, length) for length in LENGTHS),
     )  # fmt: skip
 
 
 def expected() -> list[Statistics]:
     """Return the statistics expected for random matrices (GOE) and for random numbers (Poisson)."""
-    goe = [*(float(goe_delta3(each)) for each in LENGTHS), *(float(goe_variance(each)) for each in LENGTHS)]
-    poisson = [*(each / 15 for each in LENGTHS), *map(float, LENGTHS)]
+    goe = [*map(goe_delta3, LENGTHS), *(float(goe_variance(length)) for length in LENGTHS)]
+    poisson = [*(length / 15 for length in LENGTHS), *map(float, LENGTHS)]
     return [
         Statistics("GOE", "", None, 0.5307, None, 0.2856, *goe),
         Statistics("Poisson", "", None, 2 * math.log(2) - 1, None, 1.0, *poisson),
@@ -122,15 +122,15 @@ def delta3(x: Floats, length: float) -> float | None:
     starts = _windows(x, length)
     if not len(starts):
         return None
-    found = []
+    values = []
     for start in starts.tolist():
         first, last = np.searchsorted(x, [start, start + length])
         z, n = x[first:last] - start - length / 2, int(last - first)
         one, two = z.sum(), (z**2).sum()
         order = n - 2 * np.arange(1, n + 1) + 1
         value = n**2 / 16 - (one / length) ** 2 + 1.5 * n * two / length**2 - 3 * two**2 / length**4
-        found.append(value + (order * z).sum() / length)
-    return float(np.mean(found))
+        values.append(value + (order * z).sum() / length)
+    return float(np.mean(values))
 
 
 def goe_variance(length: float | Floats) -> Floats:
@@ -140,8 +140,7 @@ def goe_variance(length: float | Floats) -> Floats:
     two, cosine = sici(2 * np.pi * length)
     unitary = np.log(2 * np.pi * length) + np.euler_gamma + 1 - np.cos(2 * np.pi * length) - cosine
     unitary = unitary / np.pi**2 + length * (1 - 2 * two / np.pi)
-    found: Floats = 2 * unitary + (one / np.pi) ** 2 - one / np.pi
-    return found
+    return np.asarray(2 * unitary + (one / np.pi) ** 2 - one / np.pi)
 
 
 def goe_delta3(length: float) -> float:

@@ -217,8 +217,8 @@ class Levels(Drawn):
         """Return the levels in a range, given for each parity the windows that cover the range."""
         rows = sorted(
             (k, error, str(parity))
-            for parity, found in parts.items()
-            for part in found
+            for parity, solved in parts.items()
+            for part in solved
             for k, error in zip(part.k.tolist(), part.error.tolist(), strict=True)
             if low <= k < high
         )
@@ -231,8 +231,8 @@ class Levels(Drawn):
 
     def __repr__(self) -> str:
         of = "" if len(self.parities) == len(Parity) else f" {', '.join(self.parities)}"
-        found = several(len(self), "level")
-        return f"<{found}{of} from k = {self.low:g} to {self.high:g} at a = {exact(self.a)}>"
+        levels = several(len(self), "level")
+        return f"<{levels}{of} from k = {self.low:g} to {self.high:g} at a = {exact(self.a)}>"
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a data frame with the columns ``k``, ``error`` and ``parity``."""
@@ -266,7 +266,7 @@ def levels(
         If the half length or the range is outside the tested limits.
     """
     at, (low, high) = as_stadium(stadium), (0.0, low) if high is None else (low, high)
-    found: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities_of(parities)}
-    for task in in_order(task for parity in found for task in windows(at, parity, low, high)):
-        found[task.parity].append(task.solved())
-    return Levels.joined(at.a, low, high, found)
+    solved: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities_of(parities)}
+    for task in in_order(task for parity in solved for task in windows(at, parity, low, high)):
+        solved[task.parity].append(task.solved())
+    return Levels.joined(at.a, low, high, solved)

@@ -74,13 +74,6 @@ class Staircase:
         """Return each N_X at the given k by linear interpolation, shape (X, m)."""
         return np.stack([np.interp(k, self.k, row) for row in self.count])
 
-    def reached(self, numbers: Floats) -> Floats:
-        """Return the k at which each N_X first reaches the given numbers, shape (X, m).
-
-        An entry is NaN if N_X does not reach that number on the grid.
-        """
-        return np.stack([_first(self.k, row, numbers) for row in self.count])
-
 
 def staircase(
     stadium: Stadium,
@@ -154,16 +147,16 @@ def _binned(place: NDArray[np.int64], values: NDArray[np.complex128], count: int
 
 
 def _first(k: Floats, count: Floats, numbers: Floats) -> Floats:
-    """Return the k at which a function on a grid first reaches each number, by linear interpolation."""
+    """Return the k at which a function on a grid first reaches each number, or NaN; interpolates linearly."""
     highest = np.maximum.accumulate(count)
     place = np.searchsorted(highest, numbers)
     inside = np.clip(place, 1, len(k) - 1)
     rise = highest[inside] - count[inside - 1]
     share = (numbers - count[inside - 1]) / np.where(rise > 0, rise, 1.0)
-    found = k[inside - 1] + np.clip(share, 0.0, 1.0) * (k[inside] - k[inside - 1])
-    found[place == 0] = k[0]
-    found[place >= len(k)] = np.nan
-    return found
+    reached = k[inside - 1] + np.clip(share, 0.0, 1.0) * (k[inside] - k[inside - 1])
+    reached[place == 0] = k[0]
+    reached[place >= len(k)] = np.nan
+    return reached
 
 
 def levels_of(orbits: Staircase, k_max: float) -> tuple[Floats, Floats]:
@@ -174,11 +167,11 @@ def levels_of(orbits: Staircase, k_max: float) -> tuple[Floats, Floats]:
     to `reliable_end`, and for 90 % of the levels far above it.
     """
     most = math.floor(float(orbits.smooth[-1])) + _MORE
-    found = orbits.reached(np.arange(0.5, most))
-    found = found[:, ~np.isnan(found).any(axis=0)]
-    k = np.sort(np.median(found, axis=0))
+    reached = np.stack([_first(orbits.k, row, np.arange(0.5, most)) for row in orbits.count])
+    reached = reached[:, ~np.isnan(reached).any(axis=0)]
+    k = np.sort(np.median(reached, axis=0))
     spacing = 1 / np.maximum(np.interp(k, orbits.k, orbits.density), _LEAST_DENSITY)
-    spread = np.ptp(found, axis=0) / spacing
+    spread = np.ptp(reached, axis=0) / spacing
     if not len(k):
         return k, k
     window, middle = np.ones(_NEIGHBOURS), slice(_NEIGHBOURS // 2, _NEIGHBOURS // 2 + len(k))

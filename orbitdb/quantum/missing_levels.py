@@ -244,15 +244,15 @@ def assess(
             f"the orbits cannot tell which levels are missing near k = {k[-1]:.4g}: "
             f"{compared.crowded:.0f} levels lie within their resolution, 1/{compared.cutoff:g}"
         )
-    excess = compared.excess(scale)
+    excess = orbits.at(k * scale)[0] - compared.own
     number, residual, scatter = compared.numbered(excess)
-    found = Assessment(stadium.a, parity, k * scale, number, excess, scatter, scale, window=window)
+    assessment = Assessment(stadium.a, parity, k * scale, number, excess, scatter, scale, window=window)
     if window:
         compared.check_first(number, residual, scatter)
     if fit_scale:
         slope = k * scale * np.interp(k * scale, orbits.k, orbits.density)
-        found = replace(found, scale_error=_CORRELATED * scatter / float(np.linalg.norm(slope)))
-    return found
+        assessment = replace(assessment, scale_error=_CORRELATED * scatter / float(np.linalg.norm(slope)))
+    return assessment
 
 
 class _Compared:
@@ -276,10 +276,6 @@ class _Compared:
         if window:
             near_end = np.minimum(near_end, k - k[0])
         self.end = np.exp(-((self.cutoff * near_end) ** 2) / 2)
-
-    def excess(self, scale: float) -> Floats:
-        excess: Floats = self.orbits.at(self.k * scale)[0] - self.own
-        return excess
 
     def numbered(self, excess: Floats) -> tuple[Integers, Floats, float]:
         """Return the true numbers, the residual of the filled list and its scatter."""
@@ -316,7 +312,7 @@ class _Compared:
             part = slice(0, count)
             for _ in range(_REFINED):
                 scales = scale + wide * np.linspace(-1, 1, steps)
-                near = [self.orbits.at(self.k[part] * each)[0] - self.own[part] for each in scales]
+                near = [self.orbits.at(self.k[part] * s)[0] - self.own[part] for s in scales]
                 scale = float(scales[np.cos(2 * np.pi * np.array(near)).sum(axis=1).argmax()])
                 wide, steps = 2 * wide / (steps - 1), _FINER
             if count >= len(self.k):

@@ -70,9 +70,9 @@ class Terms(NamedTuple):
         turned = np.array([1, 1j, -1, -1j])[self.maslov % 4] * self.amplitude
         return np.where(turned.real < 0, -1, 1)
 
-    def rows(self, here: NDArray[np.intp] | NDArray[np.bool_]) -> "Terms":
+    def rows(self, chosen: NDArray[np.intp] | NDArray[np.bool_]) -> "Terms":
         """Return the terms with the given indices, or those for which the given mask is true."""
-        return Terms._make(values[here] for values in self)
+        return Terms._make(values[chosen] for values in self)
 
 
 def orbit_terms(classes: OrbitClasses, longest: float, parity: Parity | None = None) -> Terms:
@@ -119,8 +119,8 @@ def _spatial(of: OrbitClasses) -> tuple[Integers, Integers]:
     assert of.symmetry is not None
     labels, which = np.unique(of.symmetry.astype(str), return_inverse=True)
     spatial = [SPATIAL[label] for label in labels.tolist()]
-    kind = np.array([len(each) for each in spatial])[which]
-    return kind, np.array([each[0] if each else 0 for each in spatial])[which]
+    kind = np.array([len(elements) for elements in spatial])[which]
+    return kind, np.array([elements[0] if elements else 0 for elements in spatial])[which]
 
 
 EDGE = (-0.25j, -0.05997 - 0.17678j, -0.09257 - 0.14331j, -0.11277 - 0.12365j,
@@ -156,7 +156,7 @@ def family_terms(stadium: Stadium, k_max: float, longest: float, parity: Parity 
     """Return the bouncing balls as terms whose amplitudes are right in the middle of the window."""
     middle = np.array([k_max / 2])
     balls = list(family(stadium, middle, longest, parity))
-    length = np.array([each for each, _ in balls], np.float64)
+    length = np.array([length for length, _ in balls], np.float64)
     waves = np.array([wave[0] for _, wave in balls], np.complex128)
     once = 4 if parity is None else 2
     amplitude, times = waves * np.exp(-1j * middle * length), length.astype(int) // once

@@ -90,13 +90,13 @@ class Wave:
         points = np.stack([np.abs(x).ravel(), np.abs(y).ravel()], axis=-1)
         beyond = np.maximum(points[:, 0] - self.stadium.a, 0.0)
         inside = beyond**2 + points[:, 1] ** 2 <= 1 + INSIDE
-        found = np.full(len(points), np.nan)
-        known = points[inside]
-        parts = (known[first : first + _BLOCK] for first in range(0, len(known), _BLOCK))
-        found[inside] = np.concatenate(
+        psi = np.full(len(points), np.nan)
+        points_inside = points[inside]
+        parts = (points_inside[first : first + _BLOCK] for first in range(0, len(points_inside), _BLOCK))
+        psi[inside] = np.concatenate(
             [np.zeros(0), *(self._cells.at(part).values(self.values) for part in parts)]
         )
-        return sign * found.reshape(x.shape)
+        return sign * psi.reshape(x.shape)
 
     def normal_derivative(self, s: ArrayLike) -> Floats:
         """Return the outward normal derivative of psi at points on the boundary.
@@ -145,8 +145,8 @@ class Wave:
         away -= whole * np.round(away / whole)
         packet = np.exp(-self.k * away**2 / 2) * slope
         waves = np.exp(-1j * self.k * np.asarray(sine, np.float64)[:, None, None] * away)
-        found = np.abs((waves * packet).sum(axis=-1).T) ** 2
-        return found / found.max()
+        density = np.abs((waves * packet).sum(axis=-1).T) ** 2
+        return density / density.max()
 
     def plot(self, ax: "Axes | None" = None, orbit: "Orbit | None" = None) -> "Axes":
         """Draw psi^2 with matplotlib; if an orbit is given, draw it on top.
@@ -351,14 +351,12 @@ class Places:
     def slopes(self, function: Floats) -> Floats:
         """Return the gradient of a function at the points, shape (N, 2), given its nodal values."""
         by = np.stack(self._derivatives(function[self.cell]), axis=-1)
-        found = np.linalg.solve(np.swapaxes(self.jacobian(), -1, -2), by[..., None])[..., 0]
-        return np.asarray(found, np.float64)
+        return np.asarray(np.linalg.solve(np.swapaxes(self.jacobian(), -1, -2), by[..., None])[..., 0])
 
 
 def _contracted(one: Floats, other: Floats, nodal: Floats) -> Floats:
     """Return the sum of one_i other_j nodal_ij for each point, shape (N, ...)."""
-    found: Floats = np.einsum("pi,pi...->p...", one, np.einsum("pj,pij...->pi...", other, nodal))
-    return found
+    return np.asarray(np.einsum("pi,pi...->p...", one, np.einsum("pj,pij...->pi...", other, nodal)))
 
 
 def _lagrange(x: Floats, order: int) -> Floats:

@@ -155,7 +155,7 @@ def _remedy(k: Floats, window: bool, stadium: Stadium, parity: Parity | None) ->
         return "they look like wavenumbers, not energies"
     if parity is not None and _plausible(len(k), low, high, stadium, None):
         return "they look like the levels of all parities: give no parity"
-    if parity is None and any(_plausible(len(k), low, high, stadium, each) for each in Parity):
+    if parity is None and any(_plausible(len(k), low, high, stadium, one) for one in Parity):
         return "they look like the levels of one parity: name it"
     if not window and _plausible(len(k), float(k[0]), high, stadium, parity):
         return "they look like a window, a list that begins above the lowest level: assess them as a window"

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from orbitdb import InputError, Stadium
 from orbitdb.answers.levels import ranges_not_stored
 from orbitdb.quantum.elements import grid, nodes, quarter_disc, quarter_stadium
-from orbitdb.quantum.length_spectrum import COLUMNS, Spectrum, counted, of_terms, peak_of_each
+from orbitdb.quantum.length_spectrum import COLUMNS, Spectrum, of_terms, peak_of_each
 from orbitdb.quantum.levels import LevelTask, LevelWindow, windows
 from orbitdb.quantum.trace_formula import Terms, family, family_count, family_terms
 from orbitdb.quantum.weyl import Parity, check_levels, wavenumber, weyl
@@ -181,13 +181,6 @@ def terms():
     amplitude = rng.uniform(0.5, 3, 40) * np.exp(1j * rng.uniform(0, 6, 40))
     return Terms(rng.uniform(2, 12, 40), amplitude, rng.integers(-1, 9, 40), rng.integers(1, 4, 40),
                  rng.integers(1, 3, 40), rng.integers(0, 9, 40))  # fmt: skip
-
-
-def test_the_level_count_of_terms_is_the_integral_of_their_density(terms):
-    k = np.linspace(1, 5, 4001)
-    density = (terms.amplitude * np.exp(1j * k[:, None] * terms.length)).real.sum(axis=1)
-    added = ((density[1:] + density[:-1]) / 2 * np.diff(k)).sum()
-    assert np.diff(counted(terms, k[[0, -1]]))[0] == pytest.approx(added, abs=1e-3)
 
 
 @pytest.mark.parametrize("levelled", [True, False])
