@@ -4,8 +4,8 @@ The catalogue
     `Catalogue` is a database file to fill, query and check; a `Selection` describes a subset of it. Its
     methods return a `Subset` (rows as arrays), `OrbitClasses` (one row per class), a `Result` (a table by
     period), `Births` (a list of `Life`), `EntropyBounds`, a `Reference`, `Levels`, a `Spectrum`, an
-    `Assessment`, a `Verification`, `Contents`, `Counted`, or lists of `Fill`, `Sweep`, `BirthFill` and
-    `Scar`. A `Trajectory` has the orbits that it shadows as `Followed`, and each orbit with a given length
+    `Assessment`, a `Verification`, `Contents`, `Counted`, or `Rows` (a list) of `Fill`, `Sweep`,
+    `BirthFill` or `Scar`. A `Trajectory` has the orbits that it shadows as `Followed`, and each orbit with a given length
     is a `Candidate`.
 Orbits
     `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
@@ -46,6 +46,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.answers.scars import Scar as Scar
     from orbitdb.answers.subset import Subset as Subset
     from orbitdb.entropy.bounds import EntropyBounds as EntropyBounds
+    from orbitdb.extras import Rows as Rows
     from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
     from orbitdb.orbits.exponents import OrbitClasses as OrbitClasses
     from orbitdb.orbits.newton import existence as existence, solve as solve, solve_word as solve_word
@@ -77,6 +78,7 @@ _HOMES = {
     "answers.scars": ("Scar",),
     "answers.subset": ("Subset",),
     "entropy.bounds": ("EntropyBounds",),
+    "extras": ("Rows",),
     "errors": ("InputError", "StoreError", "WorkError"),
     "orbits.exponents": ("OrbitClasses",),
     "orbits.orbit": ("Orbit",),
