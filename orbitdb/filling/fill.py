@@ -22,7 +22,7 @@ from orbitdb.errors import InputError
 from orbitdb.filling.estimate import check_room, need
 from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
-from orbitdb.orbits.births import Changes, find_changes
+from orbitdb.orbits.births import find_changes
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.relaxation import relax
@@ -43,9 +43,9 @@ from orbitdb.symbols.words import from_strings, key, keys, pack, parse_primitive
 
 @dataclass(frozen=True)
 class Method:
-    """A solver for words of one period, shape (N, p), and the number of words that take half a second."""
+    """A solver ``(words, stadium)`` for words of one period, shape (N, p); how many take half a second."""
 
-    solve: Callable[[NDArray[np.uint8], Stadium], Orbits]
+    solve: Callable[..., Orbits]
     words: int
 
 
@@ -64,34 +64,35 @@ METHODS = {
 
 @dataclass(frozen=True, eq=False)
 class SolvedBlock:
-    """The N classes of a span, in the order of their representatives, and their orbits.
+    """The N classes of a span, in the order of their representatives, and their orbits or changes.
 
     The words are those of each class (`joined_words`), or None if they are already stored. `enumerating` and
     `solving` are processor times in seconds.
     """
 
     span: Span
+    codes: Integers
     stabiliser: NDArray[np.uint8]
     words: list[str] | None
-    orbits: Orbits
+    solution: Any
     enumerating: float
     solving: float
     arithmetic: str
 
 
-def solve_block(a: float, method: str, stored: bool, span: Span) -> SolvedBlock:
-    """Find the classes whose representatives lie in a span, and solve them by one of `METHODS`.
+def solve_block(solve: Callable[[NDArray[np.uint8]], Any], stored: bool, span: Span) -> SolvedBlock:
+    """Find the classes whose representatives, shape (N, p), lie in a span, and solve these.
 
     If the classes are already stored, their words are left out.
     """
-    clock, p = [thread_time()], span.p
+    clock = [thread_time()]
     codes, stabiliser = all_least_words(span)
-    words = None if stored else joined_words(codes, stabiliser, p)
+    words = None if stored else joined_words(codes, stabiliser, span.p)
     clock.append(thread_time())
-    orbits = METHODS[method].solve(unpack(codes, p), Stadium(a)).with_symmetries(stabiliser)
+    solution = solve(unpack(codes, span.p))
     clock.append(thread_time())
     enumerating, solving = np.diff(clock).tolist()
-    return SolvedBlock(span, stabiliser, words, orbits, enumerating, solving, arithmetic())
+    return SolvedBlock(span, codes, stabiliser, words, solution, enumerating, solving, arithmetic())
 
 
 def cut(p: int, after: int, words: int, jobs: int) -> Iterator[Span]:
@@ -108,8 +109,9 @@ def cut_into_blocks(
     a: float, method: str, p: int, after: int = -1, jobs: int = 1, stored: bool = False
 ) -> Iterator[Task[SolvedBlock]]:
     """Cut the part of a period after a packed word into blocks, in order."""
+    solve = partial(METHODS[method].solve, stadium=Stadium(a))
     spans = cut(p, after, METHODS[method].words, jobs)
-    return (partial(solve_block, a, method, stored, span) for span in spans)
+    return (partial(solve_block, solve, stored, span) for span in spans)
 
 
 _LAST_FULL_MASK = 64
@@ -174,8 +176,8 @@ class _Fill(Work):
         return cut_into_blocks(self.a, self.method, p, cursor.after, jobs, p in self.stored)
 
     def store(self, connection: Connection, cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
-        begun, orbits = thread_time(), part.orbits
-        numbers = keys(pack(orbits.words), cursor.p).tolist()
+        begun, orbits = thread_time(), part.solution.with_symmetries(part.stabiliser)
+        numbers = keys(part.codes, cursor.p).tolist()
         if part.words is not None:
             writing.add_classes(connection, numbers, orbits.words, part.stabiliser, part.words)
         stadium, by = cursor.row["stadium"], (self.method, part.arithmetic)
@@ -269,36 +271,19 @@ def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> 
         yield from resume(_Births(writer), periods, workers)
 
 
-@dataclass(frozen=True, eq=False)
-class SolvedBirths:
-    """The N classes of a span, as in `SolvedBlock`, with packed representatives, and their changes."""
-
-    span: Span
-    codes: Integers
-    stabiliser: NDArray[np.uint8]
-    words: list[str]
-    changes: Changes
-    arithmetic: str
-
-
-def solve_births(span: Span) -> SolvedBirths:
-    """Find the classes whose representatives lie in a span, and their births and deaths."""
-    codes, stabiliser = all_least_words(span)
-    words = joined_words(codes, stabiliser, span.p)
-    return SolvedBirths(span, codes, stabiliser, words, find_changes(unpack(codes, span.p)), arithmetic())
-
-
 class _Births(Work):
     def open(self, connection: Connection, p: int) -> Cursor:
         return open_cursor(connection, "birth_fill", p=p)
 
-    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBirths]]:
-        return (partial(solve_births, span) for span in cut(cursor.p, cursor.after, BIRTHS_BLOCK, jobs))
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBlock]]:
+        spans = cut(cursor.p, cursor.after, BIRTHS_BLOCK, jobs)
+        return (partial(solve_block, find_changes, False, span) for span in spans)
 
-    def store(self, connection: Connection, cursor: Cursor, part: SolvedBirths) -> dict[str, float]:
+    def store(self, connection: Connection, cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
         numbers = keys(part.codes, cursor.p).tolist()
-        writing.add_classes(connection, numbers, unpack(part.codes, cursor.p), part.stabiliser, part.words)
-        writing.add_changes(self.writer, connection, numbers, part.changes, part.arithmetic)
+        least, words = unpack(part.codes, cursor.p), part.words or []
+        writing.add_classes(connection, numbers, least, part.stabiliser, words)
+        writing.add_changes(self.writer, connection, numbers, part.solution, part.arithmetic)
         return {"words": int(SIZES[part.stabiliser].sum())}
 
     def counted(self, connection: Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:

@@ -20,9 +20,10 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.entropy.bounds import enclose, search
 from orbitdb.entropy.proof import Proof
 from orbitdb.errors import InputError, WorkError
-from orbitdb.filling.fill import METHODS, cut_into_blocks, fill_periods, solve_births, solve_block
+from orbitdb.filling.fill import METHODS, cut_into_blocks, fill_periods, solve_block
 from orbitdb.filling.sweeps import solve_swept
 from orbitdb.filling.workers import HERE, Processes, Task, cores
+from orbitdb.orbits.births import find_changes
 from orbitdb.store.file import migrate
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.pruning import count_admissible
@@ -177,8 +178,8 @@ def test_several_jobs_get_smaller_blocks_down_to_a_quarter():
 @pytest.mark.parametrize(
     "block",
     [
-        partial(solve_block, 1.6, "newton", False, Span.whole(3)),
-        partial(solve_births, Span.whole(3)),
+        next(cut_into_blocks(1.6, "newton", 3)),
+        partial(solve_block, find_changes, False, Span.whole(3)),
         partial(solve_swept, 1.6, {}, Span.whole(3)),
         partial(enclose, 1.6, 3),
     ],
