@@ -46,14 +46,17 @@ def next_a(lives: Lives, a: float, up: bool, home: float) -> float:
     """Return the a that is one step away, or the first stop on the way there (`stops_of`, or `home`)."""
     way = 1 if up else -1
     new = min(max(float(f"{a * math.exp(way * STEP):.{_DIGITS}g}"), MIN_A), MAX_A)
-    ahead = [stop for stop in (*stops_of(lives), home) if 0 < way * (stop - a) <= way * (new - a)]
-    return min(ahead, key=lambda stop: way * stop, default=new)
+    stop = next_change(lives, a, up, home)
+    return new if stop is None else way * min(way * stop, way * new)
 
 
-def next_change(lives: Lives, a: float, up: bool) -> float | None:
-    """Return the a beside the next birth or death, on its far side if a is beside it already, or None."""
+def next_change(lives: Lives, a: float, up: bool, *others: float) -> float | None:
+    """Return the a beside the next birth or death, on its far side if a is beside it already, or None.
+
+    `others` are further values of a at which to stop.
+    """
     way = 1 if up else -1
-    ahead = [stop for stop in stops_of(lives) if way * (stop - a) > 0]
+    ahead = [stop for stop in (*stops_of(lives), *others) if way * (stop - a) > 0]
     return min(ahead, key=lambda stop: way * stop, default=None)
 
 

@@ -100,8 +100,8 @@ class Position(Widget, Working):
             self._jump("")
 
     def go_on(self) -> None:
-        """Look digits up among new rows, unless the cursor has moved on."""
-        if self.under_way:
+        """Look up digits that were typed before the rows arrived."""
+        if self.under_way and self._led_to.endswith("…"):
             self._jump(self._typed)
 
     def _jump(self, typed: str) -> None:
