@@ -5,7 +5,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
-from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -269,10 +268,7 @@ class CountsScreen(OwnScreen[str | None]):
         if not counts:
             self.notify("there is nothing to draw")
             return
-
-        def draw(path: Path) -> str:
-            return save_figure(path, lambda figures: figures.draw_counts(counts, column, title))
-
+        draw = partial(save_figure, "draw_counts", (counts, column, title))
         ask_for_file(self, f"{column}.png", f"the histogram of {column}", draw)
 
     def action_column(self) -> None:

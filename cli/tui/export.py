@@ -1,7 +1,7 @@
 """Export what is on the screen: rows as csv, tsv, json, jsonl or parquet, pictures and curves as figures."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -102,9 +102,9 @@ def save_orbit(orbit: Orbit | None, in_phase_space: bool, path: Path) -> str:
     if orbit is None or orbit.points is None:
         raise InputError("there is no orbit to draw")
     if in_phase_space:
-        return save_figure(path, lambda figures: figures.draw_phase([orbit]))
+        return save_figure("draw_phase", [[orbit]], path)
     if path.suffix != ".svg":
-        return save_figure(path, lambda figures: figures.draw_orbit(orbit))
+        return save_figure("draw_orbit", [orbit], path)
     code = code_text(orbit.code)
     title = f"The orbit {code} at a = {exact(orbit.a)}"
     with complete(path) as draft:
@@ -113,10 +113,10 @@ def save_orbit(orbit: Orbit | None, in_phase_space: bool, path: Path) -> str:
     return f"{code} drawn in {path}"
 
 
-def save_figure(path: Path, draw: Callable[[Any], Any]) -> str:
-    """Save the figure that `draw` makes with `orbitdb.cli.figures.orbits`; return a message about it."""
+def save_figure(name: str, arguments: Sequence[Any], path: Path) -> str:
+    """Save the figure that a function of `orbitdb.cli.figures.orbits` draws; return a message about it."""
     style = load("orbitdb.plots.style", "a figure", "plot")
-    figure = draw(load("orbitdb.cli.figures.orbits", "a figure", "plot"))
+    figure = getattr(load("orbitdb.cli.figures.orbits", "a figure", "plot"), name)(*arguments)
     title = str(figure.get_label())
     with complete(path) as draft:
         style.save(figure, draft, path.suffix[1:], title)

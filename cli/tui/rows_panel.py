@@ -1,7 +1,8 @@
 """The panel of the rows: the table, notes on gaps, and the position of the cursor."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
@@ -9,7 +10,7 @@ from textual.reactive import reactive
 from textual.widgets import Static
 
 from orbitdb.answers.completeness import lacking_births, partial_periods, unfilled
-from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog, Names
+from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog
 from orbitdb.cli.tui.paged_table import PagedTable
 from orbitdb.cli.tui.position import Position
 from orbitdb.cli.tui.screens import Working
@@ -85,10 +86,10 @@ class RowsPanel(Vertical, Working):
         self.ordering = self.ordering._replace(descending=not self.ordering.descending)
 
     def action_columns(self) -> None:
-        def take(names: Names) -> None:
-            self.columns = known_columns(names)
+        self.ask(ColumnDialog(self.columns), partial(setattr, self, "columns"))
 
-        self.ask(ColumnDialog(self.columns), take)
+    def validate_columns(self, names: Iterable[str]) -> tuple[str, ...]:
+        return known_columns(names)
 
     def watch_ordering(self) -> None:
         if self._asked is not None:

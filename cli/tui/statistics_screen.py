@@ -3,7 +3,6 @@
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -211,10 +210,7 @@ class StatisticsScreen(OwnScreen[str | None]):
         if self.result is None:
             return
         curves, title = curves_of(self.result, self.reference), self._selection.describe()
-
-        def draw(path: Path) -> str:
-            return save_figure(path, lambda figures: figures.draw_curves(curves, _TITLES, title))
-
+        draw = partial(save_figure, "draw_curves", (curves, _TITLES, title))
         ask_for_file(self, "statistics.png", "the three plots, one below another", draw)
 
     def action_weight(self) -> None:
