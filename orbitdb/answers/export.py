@@ -133,7 +133,7 @@ def write_file(path: Path, form: str, columns: Sequence[str], rows: Iterable[Any
     """
     if form in TEXT_WRITERS:
         described = dict(metadata) | {"columns": {name: kind_of(name) for name in columns}}
-        with complete(path) as data, complete(metadata_path(path), path) as beside:
+        with complete(path) as data, complete(metadata_path(path)) as beside:
             with open(data, "w", encoding="utf-8", newline="") as file:
                 count = TEXT_WRITERS[form](file, columns, rows)
             beside.write_text(json.dumps(described, indent=2) + "\n", encoding="utf-8")
@@ -242,11 +242,21 @@ def metadata_path(path: Path) -> Path:
 
 
 @contextmanager
-def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
+def _saving(path: Path) -> Iterator[None]:
+    """Turn errors of the system into a `StoreError` that says that nothing was saved."""
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or error
+        raise StoreError(f"{path} cannot be written ({reason}); nothing was saved") from error
+
+
+@contextmanager
+def complete(path: Path) -> Iterator[Path]:
     """Yield a temporary path in the same folder, and rename the file to `path` once it is complete.
 
     A path that cannot be written is refused at once. A link stays: the file to which it leads is replaced
-    and keeps its permissions. Errors name `wanted`, if it is given, instead of `path`.
+    and keeps its permissions.
 
     Raises
     ------
@@ -259,7 +269,7 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     target = Path(os.path.realpath(path))
     draft = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
-        try:
+        with _saving(path):
             draft.touch()
             yield draft
             with open(draft, "rb") as file:
@@ -267,10 +277,6 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
             if target.exists():
                 shutil.copymode(target, draft)
             os.replace(draft, target)
-        except OSError as error:
-            raise StoreError(
-                f"{wanted or path} cannot be written ({error.strerror or error}); nothing was saved"
-            ) from error
     finally:
         with contextlib.suppress(OSError):
             draft.unlink()
@@ -280,23 +286,17 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
 def complete_folder(path: Path) -> Iterator[Path]:
     """Yield a temporary folder; move it to `path` at the end, or remove it after a failure.
 
-    Raises
-    ------
-    StoreError
-        If the system refuses to write.
+    Raises `StoreError` if the system refuses to write.
     """
     folder = path.resolve()
     draft, before = (folder.with_name(f".{folder.name}.{os.getpid()}.{end}") for end in ("part", "old"))
     try:
-        draft.mkdir()
-        yield draft
-        if folder.exists():
-            os.rename(folder, before)
-        os.rename(draft, folder)
-    except OSError as error:
-        raise StoreError(
-            f"{folder} cannot be written ({error.strerror or error}); nothing was saved"
-        ) from error
+        with _saving(folder):
+            draft.mkdir()
+            yield draft
+            if folder.exists():
+                os.rename(folder, before)
+            os.rename(draft, folder)
     finally:
         if before.exists() and not folder.exists():
             os.rename(before, folder)

@@ -1,6 +1,6 @@
 """Results: `Result`, a table by period; `Births`, the lives of classes; and orbits as HTML with pictures."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib import import_module
@@ -87,11 +87,9 @@ class Result:
         return "\n".join([*lines, *self.facts, *self.notes])
 
     def _repr_html_(self) -> str:
-        head = "".join(f"<th>{escape(name)}</th>" for name in self.columns)
-        cells = ("".join(f"<td>{escape(_short(value))}</td>" for value in row) for row in self.rows())
-        body = "".join(f"<tr>{row}</tr>" for row in cells)
+        rows = ([escape(_short(value)) for value in row] for row in self.rows())
         notes = "<br>".join(map(escape, (*self.facts, *self.notes)))
-        return f"<table><tr>{head}</tr>{body}</table><small>{notes}</small>"
+        return f"{_html_table(map(escape, self.columns), rows)}<small>{notes}</small>"
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a pandas data frame (extra ``pandas``) with the columns of the JSON output."""
@@ -116,14 +114,16 @@ class Result:
         InputError
             If the result does not have these averages.
         """
-        known = [each for each, column in _KINDS.items() if column in self.columns and "p" in self.columns]
-        wanted: str | None = kind or next(iter(known), None)
-        if wanted not in known or not len(self):
-            has = f"this result has {', '.join(known)}" if known and len(self) else "nothing here to draw"
-            lacks = "this result has no averages to draw: entropy() and lyapunov() have"
-            raise InputError(f"kind {kind!r}: {has}" if kind else lacks)
-        entropy = wanted == "entropy"
-        figure, what = ("entropy", (self,)) if entropy else ("exponent", (self, wanted))
+        needs = {"entropy": "h_zeta", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}
+        kinds = [kind for kind, column in needs.items() if {"p", column} <= self.columns.keys() and len(self)]
+        if not kinds or kind not in (None, *kinds):
+            raise InputError(
+                f"kind {kind!r}: this result has {', '.join(kinds)}"
+                if kinds
+                else "this result has no averages to draw: entropy() and lyapunov() have"
+            )
+        wanted: str = kind or kinds[0]
+        figure, what = ("entropy", (self,)) if wanted == "entropy" else ("exponent", (self, wanted))
         return drawn(f"curves.draw_{figure}", what, self.selection.describe(), ax)
 
 
@@ -143,12 +143,15 @@ class Births(Rows[Life]):
         return drawn("curves.draw_births", (self,), f"orbits of period {self[0].p} at each a", ax)
 
 
-_KINDS = {"entropy": "h_zeta", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}
-"""The kinds of plot that `Result.plot` draws, each with the column that it needs."""
-
-
 def _short(value: Any) -> str:
     return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _html_table(head: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return an HTML table of texts, which are HTML themselves."""
+    names = "".join(f"<th>{name}</th>" for name in head)
+    lines = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>\n" for row in rows)
+    return f"<table>\n<thead><tr>{names}</tr></thead>\n<tbody>\n{lines}</tbody>\n</table>"
 
 
 MOST_ROWS = 10
@@ -158,43 +161,21 @@ MOST_BOUNCES = 200
 """Longer orbits get no small picture, because it would be a smudge."""
 
 _HEADINGS = ("", "code", "p", "status", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class", "symmetry")
-_NUMBERS = {"p", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class"}
-_SIDES = ["right" if heading in _NUMBERS else "left" for heading in _HEADINGS]
-"""Alignment of each cell; by default, notebooks align all cells to the right."""
 
 
 def html_of_orbits(title: str, orbits: Sequence[Orbit], total: int) -> str:
     """Return an HTML table of orbits with small pictures, a title, and the number of orbits not shown."""
-    if not orbits:
-        return f"<p>{escape(title)}</p>"
-    head = _cells("th", _HEADINGS)
-    rows = "\n".join(_row(orbit) for orbit in orbits)
+    table = f"\n{_html_table(_HEADINGS, map(_cells, orbits))}" if orbits else ""
     more = f"\n<p>… and {total - len(orbits):,} more</p>" if total > len(orbits) else ""
-    return (
-        f"<p>{escape(title)}</p>\n<table>\n<thead>{head}</thead>\n<tbody>\n{rows}\n</tbody>\n</table>{more}"
-    )
+    return f"<p>{escape(title)}</p>{table}{more}"
 
 
-def _row(orbit: Orbit) -> str:
-    points, stadium = None, Stadium(orbit.a)
-    if orbit.status in EXISTING and orbit.p <= MOST_BOUNCES:
-        points = orbit.points
+def _cells(orbit: Orbit) -> list[str]:
+    points = orbit.points if orbit.status in EXISTING and orbit.p <= MOST_BOUNCES else None
     svg = import_module("orbitdb.plots.svg")
-    picture = "" if points is None else svg.orbit_svg(stadium, points, orbit.code, _PICTURE)
-    texts = (shortened(orbit.code), str(orbit.p), orbit.status, _number(orbit.length, 7),
-             _number(orbit.lyapunov, 7), _number(orbit.lambda_d, 6), _number(orbit.lambda_c, 6),
-             str(orbit.class_size or ""), orbit.symmetry or "")  # fmt: skip
-    return _cells("td", [picture, *map(escape, texts)])
-
-
-def _cells(tag: str, contents: Sequence[str]) -> str:
-    """Return a row of HTML cells, with numbers aligned to the right."""
-    cells = (
-        f'<{tag} style="text-align: {side}; padding: 0 0.5em">{content}</{tag}>'
-        for side, content in zip(_SIDES, contents, strict=True)
-    )
-    return f"<tr>{''.join(cells)}</tr>"
-
-
-def _number(value: float | None, decimals: int) -> str:
-    return "" if value is None else f"{value:.{decimals}f}"
+    picture = "" if points is None else svg.orbit_svg(Stadium(orbit.a), points, orbit.code, _PICTURE)
+    numbers = ((orbit.length, 7), (orbit.lyapunov, 7), (orbit.lambda_d, 6), (orbit.lambda_c, 6))
+    texts = [shortened(orbit.code), str(orbit.p), orbit.status,
+             *("" if value is None else f"{value:.{digits}f}" for value, digits in numbers),
+             str(orbit.class_size or ""), orbit.symmetry or ""]  # fmt: skip
+    return [picture, *map(escape, texts)]

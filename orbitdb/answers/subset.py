@@ -26,7 +26,7 @@ from orbitdb.store.query import choose
 from orbitdb.store.rows import COORDINATES, blocks_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.pruning import rules_of
-from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
+from orbitdb.symbols.words import WordError, from_strings, least_rotation, parse
 from orbitdb.text import several
 
 if TYPE_CHECKING:
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from orbitdb.answers.results import Result
-    from orbitdb.answers.whole_periods import WholePeriods
 
 Texts = NDArray[Any]
 """Arrays of strings (`numpy.dtypes.StringDType`)."""
@@ -128,10 +127,8 @@ class Subset:
         part = "" if self.total is None else f"{len(self)} of "
         total = len(self) if self.total is None else self.total
         of_classes = f"{several(total, 'class', 'classes')} of {self.selection.describe()}"
-        known = part + (of_classes if self.by_class else self.selection.describe(count=total))
-        if self.unfilled is None:
-            return f"<{known}>"
-        return f"<{known}; {self.unfilled}>" if len(self) else f"<{self.unfilled}>"
+        text = part + (of_classes if self.by_class else self.selection.describe(count=total))
+        return f"<{'; '.join(filter(None, [text if len(self) or not self.unfilled else '', self.unfilled]))}>"
 
     def __iter__(self) -> Iterator[Orbit]:
         """Yield each word as an orbit."""
@@ -140,7 +137,7 @@ class Subset:
     def __contains__(self, word: object) -> bool:
         """Tell whether the subset contains a word, in any rotation, or an equal orbit."""
         if isinstance(word, Orbit):
-            return any(word == orbit for orbit in self[np.flatnonzero(self.codes == word.code)])
+            return word in [*self[self.codes == word.code]]
         try:
             return isinstance(word, str) and least_rotation(parse(word)) in self.codes
         except WordError:
@@ -165,8 +162,7 @@ class Subset:
     def _part(self, places: Places) -> "Subset":
         if np.array_equal(places, np.arange(len(self))):
             return self
-        arrays = {each.name: getattr(self, each.name) for each in fields(self)}
-        of_rows = {name: values[places] for name, values in arrays.items() if name in OF_ROWS}
+        of_rows: dict[str, Any] = {name: getattr(self, name)[places] for name in OF_ROWS}
         if self.coordinates is not None:
             parts = [self.coordinates_of(place) for place in places.tolist()]
             of_rows["coordinates"] = np.concatenate([np.zeros(0), *parts])
@@ -305,14 +301,18 @@ class Subset:
     def entropy(self) -> "Result":
         """Return the topological entropy of these orbits by period (`Catalogue.entropy`)."""
         from orbitdb.answers.entropy import entropy_of_rows
+        from orbitdb.answers.whole_periods import orbits_of
 
-        return entropy_of_rows(self._orbits())
+        self._need_words()
+        return entropy_of_rows(orbits_of(self))
 
     def averages(self, weight: str = "exp") -> "Result":
         """Return the Lyapunov exponents averaged over these orbits by period (`Catalogue.lyapunov`)."""
         from orbitdb.answers.lyapunov import lyapunov_of_rows
+        from orbitdb.answers.whole_periods import orbits_of
 
-        return lyapunov_of_rows(self._orbits(), weight)
+        self._need_words()
+        return lyapunov_of_rows(orbits_of(self), weight)
 
     def table(self) -> "Result":
         """Return counts by period as in the paper's Table 1; N_t counts words of any status."""
@@ -320,25 +320,6 @@ class Subset:
 
         self._need_words()
         return table_of_rows(self.selection, self.filled, self.p, self.status, self.representative)
-
-    def _orbits(self) -> "WholePeriods":
-        """Return the orbits of completely filled periods, each as a class with a single word."""
-        from orbitdb.answers.whole_periods import WholePeriods
-        from orbitdb.orbits.exponents import OrbitClasses
-
-        self._need_words()
-        rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
-        one = np.ones_like(rows)
-        least = self.representative[rows].tolist()
-        number = np.array([key(word) if len(word) <= MAX_KEYED else 0 for word in least], dtype=np.int64)
-        classes = OrbitClasses(
-            self.p[rows], one, self.length[rows], self.lyapunov[rows], self.walls[rows], number=number
-        )
-        chosen = self.selection
-        if not chosen.statuses:
-            chosen = replace(chosen, statuses=(Status.ORBIT,))
-        part = self.total is not None
-        return WholePeriods(chosen, chosen, self.filled, classes=classes, part=part)
 
     def _need_words(self) -> None:
         if self.by_class:
@@ -367,21 +348,22 @@ class Subset:
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
             raise InputError(f"there is nothing to draw in {self!r}")
-        title = self.selection.describe()
+        what: tuple[Any, ...] = ([*orbits],)
         if kind == "lengths":
-            return drawn("paths.draw_staircase", (orbits.length, np.ones(len(orbits))), title, ax)
-        if kind == "sheet":
-            return drawn("paths.draw_sheet", (list(orbits),), title, ax)
-        periods = np.unique(orbits.p).tolist()
-        parts = [(*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in periods]
-        return drawn("paths.draw_phase_space", (Stadium(self.selection.a), parts), title, ax)
+            what = orbits.length, np.ones(len(orbits))
+        elif kind == "phase space":
+            periods = np.unique(orbits.p).tolist()
+            parts = [(*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in periods]
+            what = Stadium(self.selection.a), parts
+        figure = {"lengths": "staircase", "phase space": "phase_space"}.get(kind, kind)
+        return drawn(f"paths.draw_{figure}", what, self.selection.describe(), ax)
 
     def _repr_html_(self) -> str:
-        shown = list(self[:MOST_ROWS])
-        return html_of_orbits(repr(self).strip("<>"), shown, len(self))
+        return html_of_orbits(repr(self).strip("<>"), [*self[:MOST_ROWS]], len(self))
 
 
-_, *OF_ROWS, _, _, _, _, _, _ = (each.name for each in fields(Subset))
+OF_ROWS = [field.name for field in fields(Subset)][1:-6]
+"""The fields with one entry per word."""
 
 
 def read_subset(
@@ -393,17 +375,21 @@ def read_subset(
     for block in blocks_of(moment, choose(moment, selection, order, by_class=by_class), names):
         for name, values in zip(names, block, strict=True):  # arrays at once, because lists take more memory
             parts[name].append(values if name == COORDINATES else _array(name, values))
-    missing = unfilled(moment, selection) or lacking_births(moment, selection)
-    filled = tuple(
-        each.p for each in read_fills(moment, selection.a) if each.whole and selection.includes(each.p)
-    )
     places = _flat(parts.pop(COORDINATES), parts["p"]) if coordinates else None
     arrays: dict[str, Any] = {
         name: np.concatenate(parts.pop(name) or [_array(name, [])]) for name in [*parts]
     }
-    arrays |= {"coordinates": places, "unfilled": missing, "filled": filled, "path": moment.path}
-    arrays["by_class"] = by_class
-    return Subset(selection, arrays.pop("code"), **arrays)
+    fills = [fill.p for fill in read_fills(moment, selection.a) if fill.whole and selection.includes(fill.p)]
+    return Subset(
+        selection,
+        arrays.pop("code"),
+        **arrays,
+        coordinates=places,
+        unfilled=unfilled(moment, selection) or lacking_births(moment, selection),
+        filled=tuple(fills),
+        path=moment.path,
+        by_class=by_class,
+    )
 
 
 def _read_coordinates(path: Path, word: str, a: float) -> Floats | None:
