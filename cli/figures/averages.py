@@ -28,9 +28,9 @@ NOTHING = ": nothing to draw"
 
 def draw_entropy(moment: Moment, chosen: Selection) -> Figure:
     """Draw K_0 and h_zeta by period, as in Fig. 5 of the paper, with the proved bounds."""
-    found = entropy(moment, chosen)
-    with figure(6.4, 4.2, _title(found, chosen)) as made:
-        curves.draw_entropy(made.add_subplot(), found)
+    result = entropy(moment, chosen)
+    with figure(6.4, 4.2, _title(result, chosen)) as made:
+        curves.draw_entropy(made.add_subplot(), result)
     return made
 
 
@@ -40,9 +40,9 @@ def draw_lyapunov(moment: Moment, chosen: Selection, *others: Selection) -> Figu
     If there are subsets at several a, only the best method of each is drawn.
     """
     subsets = (chosen, *others)
-    results = [lyapunov(moment, each) for each in subsets]
-    titles = [_title(found, each) for found, each in zip(results, subsets, strict=True)]
-    title = chosen.describe([each.a for each in subsets]) if others else titles[0]
+    results = [lyapunov(moment, subset) for subset in subsets]
+    titles = [_title(result, subset) for result, subset in zip(results, subsets, strict=True)]
+    title = chosen.describe([subset.a for subset in subsets]) if others else titles[0]
     with figure(6.4, 6.4, title) as made:
         axes = made.subplots(2, 1, sharex=True)
         for ax, name in zip(axes, EXPONENTS, strict=True):
@@ -54,13 +54,13 @@ def draw_lyapunov(moment: Moment, chosen: Selection, *others: Selection) -> Figu
     return made
 
 
-def _title(found: Result, chosen: Selection) -> str:
+def _title(result: Result, chosen: Selection) -> str:
     """Print the notes of a result, and return a title with its periods; exit if there is nothing to draw."""
-    for text in found.notes:
-        note(text if len(found) else f"{text}{NOTHING}")
-    if not len(found):
+    for text in result.notes:
+        note(text if len(result) else f"{text}{NOTHING}")
+    if not len(result):
         raise typer.Exit(1)
-    spans = joined_spans([(p, p) for p in found["p"]])
+    spans = joined_spans([(p, p) for p in result["p"]])
     drawn = replace(chosen, periods=tuple(spans)) if chosen.periods else chosen
     return drawn.describe()
 
@@ -116,10 +116,10 @@ def draw_over_a(moment: Moment, chosen: Selection, grid: Sequence[float] = ()) -
     The bounds are the stored ones or, if a grid is given, those on its points, where missing ones are
     computed.
     """
-    known = [enclosure(moment, a)[0] for a in grid] or bounds_by_a(moment)
-    if not known:
+    bounds = [enclosure(moment, a)[0] for a in grid] or bounds_by_a(moment)
+    if not bounds:
         raise InputError("no proved bounds to draw: compute some, as with 'orbitdb bounds --a 0.3:10:40'")
-    a, lower, upper = (np.array([getattr(each, name) for each in known]) for name in ("a", "lower", "upper"))
+    a, lower, upper = np.array([(proved.a, proved.lower, proved.upper) for proved in bounds]).T
     changes = _changes(moment, chosen)
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
@@ -145,10 +145,10 @@ def draw_over_a(moment: Moment, chosen: Selection, grid: Sequence[float] = ()) -
 
 def _mark_end(ax: Axes, a: Floats, values: Floats, p: int) -> None:
     """Explain why a curve of the entropy begins or ends inside the figure."""
-    known = np.flatnonzero(np.isfinite(values))
-    if not len(known):
+    finite = np.flatnonzero(np.isfinite(values))
+    if not len(finite):
         return
-    for end, beside in ((known[0], 0), (known[-1], len(a) - 1)):
+    for end, beside in ((finite[0], 0), (finite[-1], len(a) - 1)):
         if end != beside:
             ax.plot(a[end], values[end], "o", color=BLUE, markersize=3)
             why = f"no zero of the zeta function:\ntoo few orbits up to $p = {p}$"

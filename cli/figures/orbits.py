@@ -43,34 +43,34 @@ _WIDTH = 6.4
 _LOW, _HIGH, _BESIDE = 0.1, 5.0, 1e-9
 
 
-def draw_orbit(found: Orbit) -> Figure:
+def draw_orbit(orbit: Orbit) -> Figure:
     """Draw the path of an orbit, which must have coordinates, in its stadium."""
-    with figure(_WIDTH, _height(found.a)) as made:
+    with figure(_WIDTH, _height(orbit.a)) as made:
         ax = made.add_subplot()
-        _draw_path(made, ax, found, "")
+        _draw_path(made, ax, orbit, "")
     return made
 
 
-def draw_reverse(found: Orbit) -> Figure:
+def draw_reverse(orbit: Orbit) -> Figure:
     """Draw an orbit above its time reverse, which has the same bounces in reverse order."""
-    reverse, same = images_of(found.code)[REVERSE], found.time_reversal == "self"
+    reverse, same = images_of(orbit.code)[REVERSE], orbit.time_reversal == "self"
     kind = "the same orbit: it retraces its path" if same else "another orbit, counted separately"
-    with figure(_WIDTH, 2 * _height(found.a)) as made:
+    with figure(_WIDTH, 2 * _height(orbit.a)) as made:
         above, below = made.subplots(2, 1)
-        points = _draw_path(made, above, found, "(a) ")
-        paths.draw_orbit(below, Stadium(found.a), points[::-1], BLUE if same else ORANGE)
+        points = _draw_path(made, above, orbit, "(a) ")
+        paths.draw_orbit(below, Stadium(orbit.a), points[::-1], BLUE if same else ORANGE)
         below.set_title(f"(b) its time reverse {short(reverse)}: {kind}")
     return made
 
 
-def _draw_path(made: Figure, ax: Axes, found: Orbit, which: str) -> NDArray[np.float64]:
+def _draw_path(made: Figure, ax: Axes, orbit: Orbit, which: str) -> NDArray[np.float64]:
     """Draw an orbit with its a, length and lambda above it, and label the figure; return the bounces."""
-    assert found.points is not None
-    paths.draw_orbit(ax, Stadium(found.a), found.points)
-    numbers = f"$a = {exact(found.a)}$,  $L = {found.length:.4f}\\,R$,  $\\lambda = {found.lyapunov:.4f}$"
-    ax.set_title(f"{which}{short(found.code)},  {numbers}")
-    made.set_label(f"orbit {code_text(found.code)} at a = {exact(found.a)}")
-    return found.points
+    assert orbit.points is not None
+    paths.draw_orbit(ax, Stadium(orbit.a), orbit.points)
+    numbers = f"$a = {exact(orbit.a)}$,  $L = {orbit.length:.4f}\\,R$,  $\\lambda = {orbit.lyapunov:.4f}$"
+    ax.set_title(f"{which}{short(orbit.code)},  {numbers}")
+    made.set_label(f"orbit {code_text(orbit.code)} at a = {exact(orbit.a)}")
+    return orbit.points
 
 
 def _height(a: float) -> float:
@@ -78,28 +78,28 @@ def _height(a: float) -> float:
     return max(2.2, (_WIDTH - 0.8) * 2.7 / (2 * a + 2.7) + 1.1)
 
 
-def draw_life(found: Orbit) -> Figure:
+def draw_life(orbit: Orbit) -> Figure:
     """Draw the orbit of a word at its birth, and its length and lambda against a."""
-    lives = found.exists or ()
+    lives = orbit.exists or ()
     ends = [end for life in lives for end in life if end]
-    start = lives[0][0] * (1 + _BESIDE) or found.a
-    first = solve_word(found.code, start)
+    start = lives[0][0] * (1 + _BESIDE) or orbit.a
+    first = solve_word(orbit.code, start)
     a = np.geomspace(
         min([_LOW, *(end / 2 for end in ends)]), max([_HIGH, *(4 * end for end in ends)]), PLACES
     )
     beside = [end * (1 + sign * _BESIDE) for end in ends for sign in (-1, 1)]
     a = np.sort(np.concatenate([a, beside]))
-    orbits = [solve_word(found.code, at) for at in a.tolist()]
+    orbits = [solve_word(orbit.code, at) for at in a.tolist()]
     numbers = np.array([
-        (np.nan, np.nan) if each.status != "orbit" else (each.length or np.nan, each.lyapunov or np.nan)
-        for each in orbits
+        (np.nan, np.nan) if solved.status != "orbit" else (solved.length or np.nan, solved.lyapunov or np.nan)
+        for solved in orbits
     ])  # fmt: skip
     with figure(_WIDTH, 7.6) as made:
         above, middle, below = made.subplots(3, 1)
         assert first.points is not None
         paths.draw_orbit(above, Stadium(first.a), first.points)
         above.set_title(
-            f"{short(found.code)} {'is born' if lives[0][0] else 'exists'} at $a = {first.a:.6g}$"
+            f"{short(orbit.code)} {'is born' if lives[0][0] else 'exists'} at $a = {first.a:.6g}$"
         )
         for ax, values, label, colour in zip(
             (middle, below), numbers.T, ("length $L$", r"$\lambda$"), (BLUE, ORANGE), strict=True
@@ -110,7 +110,7 @@ def draw_life(found: Orbit) -> Figure:
             ax.set(xscale="log", ylabel=label, xlim=(a[0], a[-1]))
             ax.xaxis.set_minor_formatter(NullFormatter())
         below.set_xlabel("$a$")
-        made.set_label(f"life of {code_text(found.code)}")
+        made.set_label(f"life of {code_text(orbit.code)}")
     return made
 
 
@@ -132,8 +132,8 @@ def draw_sheet(
         first[word] = None
         if len(first) > limit:
             break
-    orbits = [found for word in [*first][:limit] if (found := find_word(moment, word, chosen.a)) is not None]
-    drawn = [found for found in orbits if found.points is not None]
+    orbits = [orbit for word in [*first][:limit] if (orbit := find_word(moment, word, chosen.a)) is not None]
+    drawn = [orbit for orbit in orbits if orbit.points is not None]
     if not drawn:
         raise _nothing(moment, chosen)
     if len(first) > limit:
@@ -173,24 +173,24 @@ def draw_lengths(moment: Moment, chosen: Selection, *others: Selection) -> Figur
     if others:
         return _compare_lengths(moment, (chosen, *others))
     note_gaps(moment, chosen)
-    found = whole_periods.read_classes(moment, chosen)
-    if not len(found):
+    classes = whole_periods.read_classes(moment, chosen)
+    if not len(classes):
         raise _nothing(moment, chosen)
     complete = complete_length(read_fills(moment, chosen.a), chosen)
     with figure(6.4, 6.0, chosen.describe()) as made:
         above, below = made.subplots(2, 1, sharex=True)
-        paths.draw_staircase(above, found.length, found.words)
+        paths.draw_staircase(above, classes.length, classes.words)
         if complete is not None:
             end = math.floor(complete * 100) / 100
             label = f"complete, by proof, up to $L = {end:.2f}\\,R$"
             above.axvline(end, color=ORANGE, linewidth=1, linestyle="--", label=label)
         limit = least_limit_of_lengths(chosen.a)
-        if chosen.statuses == (Status.ORBIT,) and found.length.max() > limit:
+        if chosen.statuses == (Status.ORBIT,) and classes.length.max() > limit:
             label = rf"infinitely many orbits below $4a + 2\pi = {limit:.2f}\,R$"
             above.axvline(limit, color=GREY, linewidth=1, linestyle=":", label=label)
-        edges = np.linspace(found.length.min() - 0.5, found.length.max() + 0.5, _BINS + 1)
-        periods = np.arange(found.p.min(), found.p.max() + 2) - 0.5
-        orbits, _, _ = np.histogram2d(found.p, found.length, [periods, edges], weights=found.words)
+        edges = np.linspace(classes.length.min() - 0.5, classes.length.max() + 0.5, _BINS + 1)
+        periods = np.arange(classes.p.min(), classes.p.max() + 2) - 0.5
+        orbits, _, _ = np.histogram2d(classes.p, classes.length, [periods, edges], weights=classes.words)
         density = np.ma.masked_equal(orbits / (edges[1] - edges[0]), 0)
         drawn = below.pcolormesh(edges, periods, density, norm=LogNorm(), cmap="viridis")
         below.set(xlabel="length $L/R$", ylabel="period $p$ (bounces)")
@@ -201,15 +201,15 @@ def draw_lengths(moment: Moment, chosen: Selection, *others: Selection) -> Figur
 
 
 def _compare_lengths(moment: Moment, subsets: Sequence[Selection]) -> Figure:
-    stadiums = [each.a for each in subsets]
+    stadiums = [subset.a for subset in subsets]
     with figure(6.4, 4.2, subsets[0].describe(stadiums)) as made:
         ax = made.add_subplot()
         for chosen, colour in zip(subsets, cycle(INKS.values()), strict=False):
             note_gaps(moment, chosen)
-            found = whole_periods.read_classes(moment, chosen)
-            if not len(found):
+            classes = whole_periods.read_classes(moment, chosen)
+            if not len(classes):
                 raise _nothing(moment, chosen)
-            paths.draw_staircase(ax, found.length, found.words, colour, f"$a = {exact(chosen.a)}$")
+            paths.draw_staircase(ax, classes.length, classes.words, colour, f"$a = {exact(chosen.a)}$")
     return made
 
 

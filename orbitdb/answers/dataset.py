@@ -47,9 +47,9 @@ _OF_FILE, _OF_WORD, _OF_BOUNCE = 8_000, 20, 4
 
 _ORBITS = [EVERY[name] for name in (*WRITTEN, COORDINATES) if name != "rules"]
 _OF_CLASS = [EVERY[name] for name in ("representative", "p", "class_size")]
-_OF_LIFE = [*_OF_CLASS, *(each for each in OF_LIVES if each.name != "word")]
+_OF_LIFE = [*_OF_CLASS, *(column for column in OF_LIVES if column.name != "word")]
 _CLASSES = [*_OF_CLASS, *(EVERY[name] for name in ("symmetry", "time_reversal", "walls"))]
-_LEVELS = [each for each in OF_LEVELS if each.name in ("k", "parity", "number", "error")]
+_LEVELS = [column for column in OF_LEVELS if column.name in ("k", "parity", "number", "error")]
 _COUNTS = [EVERY["p"], *OF_COUNTS]
 _AVERAGES = [EVERY["p"], *OF_AVERAGES]
 
@@ -89,14 +89,14 @@ def write_dataset(
     StoreError
         If the disk has too little space, or the folder cannot be written.
     """
-    whole = [(each, fill) for each in chosen for fill in read_fills(moment, each.a) if fill.whole]
-    whole = [(each, fill) for each, fill in whole if each.includes(fill.p)]
-    subsets = [(choose(moment, replace(each, periods=((fill.p, fill.p),))), fill) for each, fill in whole]
+    whole = [(subset, fill) for subset in chosen for fill in read_fills(moment, subset.a) if fill.whole]
+    whole = [(subset, fill) for subset, fill in whole if subset.includes(fill.p)]
+    subsets = [(choose(moment, replace(subset, periods=((fill.p, fill.p),))), fill) for subset, fill in whole]
     if not (total := sum(len(subset) for subset, _ in subsets)):
         return ""
     need = sum(_OF_FILE + len(subset) * (_OF_WORD + _OF_BOUNCE * fill.p) for subset, fill in subsets)
     _check(folder, force, need)
-    selection = chosen[0].describe(sorted({each.a for each, _ in whole}), total)
+    selection = chosen[0].describe(sorted({subset.a for subset, _ in whole}), total)
     orbits = (_orbits(moment, subset, fill.words) for subset, fill in subsets)
     resources, done = list[Resource](), 0
     with complete_folder(folder) as draft:
@@ -131,7 +131,7 @@ def _orbits(moment: Moment, subset: Any, words: int) -> Table:
 
 def _others(moment: Moment, chosen: Sequence[Selection], filled: set[int]) -> Iterator[Table]:
     """Yield all tables except those of orbits; `filled` is the set of periods that have a table of orbits."""
-    born = [each.p for each in read_birth_fills(moment) if each.whole and chosen[0].includes(each.p)]
+    born = [fill.p for fill in read_birth_fills(moment) if fill.whole and chosen[0].includes(fill.p)]
     names = ("word", *(column.name for column in _CLASSES[1:]))
     periods = ", ".join(map(str, filled.union(born)))
     classes = moment.execute(f"SELECT {', '.join(names)} FROM cycle WHERE p IN ({periods}) ORDER BY id")
@@ -140,15 +140,15 @@ def _others(moment: Moment, chosen: Sequence[Selection], filled: set[int]) -> It
     yield Table("births.parquet", "Births and deaths of all classes", _OF_LIFE, lives)
 
     counts, averages, ensembles, bounds, levels = (list[tuple[Any, ...]]() for _ in range(5))
-    for each in chosen:
-        every = Selection(each.a)
-        counts += _by_period(table(moment, every), _COUNTS, each)
-        averages += _by_period(lyapunov(moment, every), _AVERAGES, each)
-        if (ensemble := best_reference(moment, each.a)) is not None:
+    for at_a in chosen:
+        every = Selection(at_a.a)
+        counts += _by_period(table(moment, every), _COUNTS, at_a)
+        averages += _by_period(lyapunov(moment, every), _AVERAGES, at_a)
+        if (ensemble := best_reference(moment, at_a.a)) is not None:
             ensembles.append(astuple(ensemble))
-        if (proved := tightest_bounds(moment, each.a)) is not None:
+        if (proved := tightest_bounds(moment, at_a.a)) is not None:
             bounds.append(astuple(proved))
-        levels += _levels(moment, each.a)
+        levels += _levels(moment, at_a.a)
     at = [EVERY["a"]]
     yield Table("counts.csv", "Counts of all words by period", at + _COUNTS, counts)
     yield Table("averages.csv", "Averages over all orbits by period", at + _AVERAGES, averages)
@@ -196,10 +196,10 @@ def _sha256(path: Path) -> str:
 def _described(draft: Path, made: Table, rows: int) -> Resource:
     """Return the description of a written table, with the meaning, unit and error bound of each column."""
     columns = []
-    for each in made.columns:
-        empty = each.empty if each.empty != "never" else ""
-        texts = {"description": each.means, "unit": each.unit, "bound": each.bound, "empty": empty}
-        kind = {"name": each.name, "type": _TYPES.get(each.kind, each.kind)}
+    for column in made.columns:
+        empty = column.empty if column.empty != "never" else ""
+        texts = {"description": column.means, "unit": column.unit, "bound": column.bound, "empty": empty}
+        kind = {"name": column.name, "type": _TYPES.get(column.kind, column.kind)}
         columns.append(kind | {key: text for key, text in texts.items() if text})
     schema = {"$schema": f"{_PROFILES}tableschema.json", "fields": columns}
     of_table = {"title": made.title, "type": "table", "rows": rows, "schema": schema}
@@ -231,7 +231,7 @@ def _check(folder: Path, force: bool, need: int) -> None:
     if folder.exists():
         if not force:
             raise ExportError(f"{folder} already exists: --force replaces a dataset")
-        if others := _other_files(folder, [each["path"] for each in read_package(folder)]):
+        if others := _other_files(folder, [resource["path"] for resource in read_package(folder)]):
             raise ExportError(f"{folder} also holds {others[0]}, which is no part of a dataset: move it away")
     check_space(folder, need, "it takes up to")
 
@@ -241,7 +241,7 @@ def read_package(folder: Path) -> list[Resource]:
     try:
         package = json.loads((folder / PACKAGE).read_text(encoding="utf-8"))
         resources: list[Resource] = package["resources"]
-        if package["name"] == _NAME and all({"path", "hash"} <= each.keys() for each in resources):
+        if package["name"] == _NAME and all({"path", "hash"} <= resource.keys() for resource in resources):
             return resources
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         pass
@@ -255,7 +255,7 @@ def wrong_files(folder: Path) -> Iterator[tuple[str, str | None]]:
 
     Raises `ExportError` if the folder is not a dataset.
     """
-    listed = {each["path"]: each["hash"] for each in read_package(folder)}
+    listed = {resource["path"]: resource["hash"] for resource in read_package(folder)}
     for name in sorted(listed):
         same = (folder / name).is_file() and listed[name] == _sha256(folder / name)
         there = "does not match its sha256 sum" if (folder / name).is_file() else "is missing"

@@ -35,9 +35,9 @@ def table(moment: Moment, chosen: Selection) -> Result:
     if not counted.chosen and not notes:
         notes = [f"no {chosen.describe()}"]
     stored = counted.chosen and tightest_bounds(moment, chosen.a) is not None
-    known = enclosure(moment, chosen.a) if stored else None
+    proved = enclosure(moment, chosen.a) if stored else None
     columns = _table(counted.chosen, counted.tallies)
-    return Result(chosen, columns, () if known is None else (known[1],), tuple(notes))
+    return Result(chosen, columns, () if proved is None else (proved[1],), tuple(notes))
 
 
 def table_of_rows(
@@ -159,14 +159,14 @@ def _computed_bounds(a: float) -> EntropyBounds:
 
 
 def outside(
-    periods: Sequence[int], h_zeta: Sequence[float | None], found: EntropyBounds, chosen: Selection
+    periods: Sequence[int], h_zeta: Sequence[float | None], bounds: EntropyBounds, chosen: Selection
 ) -> str:
     """Return a note that names the periods whose h_zeta lies outside the bounds on the entropy of all orbits.
 
     Return '' if there are none, or if only some orbits are chosen. Values of h_zeta may be None or NaN.
     """
-    known = [(p, h) for p, h in zip(periods, h_zeta, strict=True) if h is not None]
-    beyond = [p for p, h in known if h < found.lower or h > found.upper]
+    values = [(p, h) for p, h in zip(periods, h_zeta, strict=True) if h is not None]
+    beyond = [p for p, h in values if h < bounds.lower or h > bounds.upper]
     if not (beyond and all_orbits(chosen)):
         return ""
     return f"h_zeta lies outside the proved bounds at {written_periods(beyond)}"

@@ -90,7 +90,7 @@ STDOUT = Path("-")
 """The path that means standard output."""
 
 
-def form_of(path: Path, form: str | None = None, known: Sequence[str] = FORMATS) -> str:
+def form_of(path: Path, form: str | None = None, forms: Sequence[str] = FORMATS) -> str:
     """Return the format of a file: the given one, or the one that its extension names.
 
     Raises
@@ -99,14 +99,14 @@ def form_of(path: Path, form: str | None = None, known: Sequence[str] = FORMATS)
         If the format is unknown, or contradicts the extension.
     """
     ending = path.suffix.lstrip(".").lower()
-    found = form or ending
-    if found not in known:
+    chosen = form or ending
+    if chosen not in forms:
         raise ExportError(
-            f"format {found!r} of {path}: end the name in .{', .'.join(known)}, or use --format"
+            f"format {chosen!r} of {path}: end the name in .{', .'.join(forms)}, or use --format"
         )
-    if ending in known and ending != found:
+    if ending in forms and ending != chosen:
         raise ExportError(f"{path} ends in .{ending}, but --format says {form}: leave one of them out")
-    return found
+    return chosen
 
 
 def write_file(path: Path, form: str, columns: Sequence[str], rows: Iterable[Any], metadata: Metadata) -> int:

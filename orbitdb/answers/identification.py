@@ -31,9 +31,9 @@ SAME_LENGTH = 1e-3
 SHOWN = 10
 """Default number of shadowed orbits to report."""
 
-SHADOWED = ("code", "p", "status", "first", "last", "bounces", "turns", "distance", "length", "lambda_d",
-            "lyapunov", "representative", "class_size", "a", "stored",
-            "sequence", "sequence_first")  # fmt: skip
+_OF_ORBIT = ("code", "p", "status", "first", "last", "bounces", "turns", "distance", "length", "lambda_d",
+             "lyapunov", "representative", "class_size", "a", "stored")  # fmt: skip
+SHADOWED = (*_OF_ORBIT, "sequence", "sequence_first")
 """The columns of a table of shadowed orbits."""
 
 _LEAST_LENGTH = 4.0
@@ -107,12 +107,9 @@ class Trajectory:
 
     def rows(self) -> Iterator[tuple[Any, ...]]:
         """Yield one row for each shadowed orbit, with the columns `SHADOWED`."""
-        shared = {"sequence": self.sequence, "sequence_first": self.first}
-        for each in self.shadowed:
-            yield tuple(
-                shared[name] if name in shared else getattr(each if hasattr(each, name) else each.orbit, name)
-                for name in SHADOWED
-            )
+        for stretch in self.shadowed:
+            owners = (stretch if hasattr(stretch, name) else stretch.orbit for name in _OF_ORBIT)
+            yield *map(getattr, owners, _OF_ORBIT), self.sequence, self.first
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the shadowed orbits as a data frame (extra ``pandas``)."""
@@ -172,13 +169,13 @@ def identify_trajectory(
         raise InputError("give a number of bounces with a start, not with points")
     else:
         path = trace_points(stadium, points, near)
-    found = shadows(stadium, path.symbols, path.points, near, whole=start is None)
+    orbits = shadows(stadium, path.symbols, path.points, near, whole=start is None)
     shadowed = tuple(
-        Followed(find(each.word), path.first + each.first, each.bounces, each.distance)
-        for each in found[:most]
+        Followed(find(orbit.word), path.first + orbit.first, orbit.bounces, orbit.distance)
+        for orbit in orbits[:most]
     )
     sequence = to_strings(path.symbols[None])[0] if len(path) else ""
-    return Trajectory(sequence, path.first, path.points, shadowed, len(found))
+    return Trajectory(sequence, path.first, path.points, shadowed, len(orbits))
 
 
 def identify_length(

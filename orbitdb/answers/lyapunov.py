@@ -131,12 +131,15 @@ AVERAGES = [
 
 OF_AVERAGES = [
     Column(
-        name, "number", f"{part}average {exponent}; {each.label.partition(' (')[0].replace('$', '')}", unit
+        name, "number", f"{part}average {exponent}; {average.label.partition(' (')[0].replace('$', '')}", unit
     )
-    for each in AVERAGES
+    for average in AVERAGES
     for exponent, unit in zip(EXPONENTS, ("1", "1/radius"), strict=True)
-    for name, part in ((each.of(exponent), ""), (f"{each.of(exponent)}_error", "estimated error of the "))
-    if name in each.columns
+    for name, part in (
+        (average.of(exponent), ""),
+        (f"{average.of(exponent)}_error", "estimated error of the "),
+    )
+    if name in average.columns
 ]
 """The columns that every table of averages has."""
 
@@ -163,9 +166,9 @@ def lyapunov(
         a = exact(chosen.a)
         notes.append(f"no trajectory value at a = {exact(chosen.a)}: 'orbitdb simulate --a {a}' computes one")
     else:
-        told = (f"{name} = {with_error(getattr(reference, name), getattr(reference, f'{name}_error'))}"
+        means = (f"{name} = {with_error(getattr(reference, name), getattr(reference, f'{name}_error'))}"
                 for name in ("lambda_d", "lambda_c"))  # fmt: skip
-        facts.append(f"trajectories: {', '.join(told)}")
+        facts.append(f"trajectories: {', '.join(means)}")
     columns = averages(subset, wanted, notes)
     for name in TRAJECTORIES if reference is not None else ():
         columns[f"{name}_trajectory"] = [getattr(reference, name)] * len(columns["p"])
@@ -215,11 +218,11 @@ def _up_to(
     rows, a = subset.classes, subset.selection.a
     if weight is Weight.DETERMINANT and (most := pseudocycles.largest_cut(rows, cut, MOST_FACTORS)) < cut:
         raise InputError(f"cut {cut:g} has too many terms with weight det: give {most:g} or less")
-    found = pseudocycles.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
+    zeta = pseudocycles.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
     if subset.missing:
         notes.append(f"the zeta function lacks p = {subset.why_missing(subset.missing)}")
     else:
-        notes.append(f"the zeta function gives no average {found.fault}" if found.fault else "")
+        notes.append(f"the zeta function gives no average {zeta.fault}" if zeta.fault else "")
         complete = math.floor(least_exponent(subset.highest, a) * 1000) / 1000
         if cut > complete:
             notes.append(
@@ -227,7 +230,7 @@ def _up_to(
                 f"between that and the cut {cut:g}, orbits of period above {subset.highest} may be missing, "
                 "which would change the average"
             )
-    values = (found.lambda_d, found.lambda_c, found.mean_path, found.z0)
+    values = (zeta.lambda_d, zeta.lambda_c, zeta.mean_path, zeta.z0)
     row = [cut, *(None if subset.missing or value != value else value for value in values)]
     columns = {name: [value] for name, value in zip(UP_TO_CUT, row, strict=True)}
     return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, notes)))

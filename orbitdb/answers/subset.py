@@ -179,8 +179,8 @@ class Subset:
             coordinates = self.coordinates_of(n)
         elif status in EXISTING and self.path is not None:
             coordinates = partial(_read_coordinates, self.path, word, a)
-        known: dict[str, Any] = {name: str(getattr(self, name)[n]) for name in _SHARED_TEXTS}
-        known |= {name: finite(getattr(self, name)[n]) for name in NUMBERS}
+        values: dict[str, Any] = {name: str(getattr(self, name)[n]) for name in _SHARED_TEXTS}
+        values |= {name: finite(getattr(self, name)[n]) for name in NUMBERS}
         return Orbit(
             code=word,
             a=a,
@@ -188,7 +188,7 @@ class Subset:
             class_size=int(self.class_size[n]),
             coordinates=coordinates,
             stored=True,
-            **known,
+            **values,
         )
 
     @property

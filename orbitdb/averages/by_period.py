@@ -92,9 +92,9 @@ class PeriodSums:
             # |det(1 - M)| e^-lambda = (1 -+ e^-lambda)^2, with + if the eigenvalues are negative
             negative = rows.negative & (r % 2 == 1)
             factor = np.where(negative, 1 + np.exp(-lyapunov), -np.expm1(-lyapunov)) ** 2
-            for found, w in zip(of_weights, (plain, plain / factor), strict=True):
+            for of_weight, w in zip(of_weights, (plain, plain / factor), strict=True):
                 terms = w, w * lyapunov, w * length, w * (lyapunov / length)
-                found[:] = [term.sum() for term in terms]
+                of_weight[:] = [term.sum() for term in terms]
         return cls(p, sums, rows.ranges())
 
     @classmethod
@@ -204,9 +204,9 @@ def lyapunov_of_periods(
     total = np.where(sums[0] > 0, sums[0], np.nan)
     discrete, continuous = sums[1] / total / p, sums[3] / total
     series = expand(sums[0], sums[1:3])
-    found = [
+    averages = [
         ZetaAverages.within(
-            series.cut(order), joined_ranges(each.ranges for d, each in periods.items() if d <= order)
+            series.cut(order), joined_ranges(part.ranges for d, part in periods.items() if d <= order)
         )
         for order in p[1:].tolist()
     ]
@@ -216,11 +216,11 @@ def lyapunov_of_periods(
         lambda_c=continuous[1:],
         lambda_d_pair=(discrete[:-1] + discrete[1:]) / 2,
         lambda_c_pair=(continuous[:-1] + continuous[1:]) / 2,
-        lambda_d_zeta=np.array([one.lambda_d for one in found]),
-        lambda_c_zeta=np.array([one.lambda_c for one in found]),
-        mean_path_zeta=np.array([one.mean_path for one in found]),
-        z0=np.array([one.z0 for one in found]),
-        faults=tuple(one.fault for one in found),
+        lambda_d_zeta=np.array([average.lambda_d for average in averages]),
+        lambda_c_zeta=np.array([average.lambda_c for average in averages]),
+        mean_path_zeta=np.array([average.mean_path for average in averages]),
+        z0=np.array([average.z0 for average in averages]),
+        faults=tuple(average.fault for average in averages),
     )
 
 
@@ -242,7 +242,7 @@ def standing(
     }  # fmt: skip
 
 
-def faults_of(found: Entropy | Lyapunov, filled: Iterable[int], shown: Iterable[int] | None = None) -> str:
+def faults_of(averages: Entropy | Lyapunov, filled: Iterable[int], shown: Iterable[int] | None = None) -> str:
     """Return a line that says at which orders, and why, the zeta function has no usable zero.
 
     The line is empty if the zeta function has a usable zero at each order. Only `shown` orders (by
@@ -251,7 +251,7 @@ def faults_of(found: Entropy | Lyapunov, filled: Iterable[int], shown: Iterable[
     have = set(filled)
     periods: dict[str, list[int]] = {}
     named = have if shown is None else set(shown)
-    for p, fault in zip(found.p.tolist(), found.faults, strict=True):
+    for p, fault in zip(averages.p.tolist(), averages.faults, strict=True):
         if fault and p in named and have >= every_period(p):
             periods.setdefault(fault, []).append(p)
     said = "; ".join(f"at p = {', '.join(map(str, orders))} {fault}" for fault, orders in periods.items())

@@ -287,8 +287,8 @@ def _over_phi(a: float, t: Floats) -> Floats:
     bounces = np.floor(turns - phi) + 1
     before, after = _inverse_drift(a, angle, phi), _inverse_drift(a, angle, turns - phi + 1 - bounces)
     c2 = np.log1p((before + after) * np.sin(angle) / (2 * bounces))
-    found: Floats = np.bincount(row, (half * c2) @ weight, minlength=len(t)).astype(np.float64)
-    return found
+    integral: Floats = np.bincount(row, (half * c2) @ weight, minlength=len(t)).astype(np.float64)
+    return integral
 
 
 def _jumps(a: float, t: Floats) -> Floats:

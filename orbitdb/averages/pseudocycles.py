@@ -184,9 +184,9 @@ class _Ladder:
         start = np.searchsorted(self.place, terms.last, side="right")
         end = np.searchsorted(self.cost, cut - terms.cost, side="right")
         some = (end > start) & (terms.period + self.period <= degree)
-        found = self.sums[:, end[some]] - self.sums[:, start[some]]
-        found[1:] += terms.observables[:, some] * found[0]
-        return terms.period[some] + self.period, -terms.value[some] * found
+        totals = self.sums[:, end[some]] - self.sums[:, start[some]]
+        totals[1:] += terms.observables[:, some] * totals[0]
+        return terms.period[some] + self.period, -terms.value[some] * totals
 
 
 def _ladders(factors: Factors) -> Iterator[_Ladder]:

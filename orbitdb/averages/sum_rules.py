@@ -90,9 +90,9 @@ def orbits_of_words(words: Words, size: Integers, lyapunov: Floats, a: float) ->
     return _orbits(size, lyapunov, terms, a)
 
 
-def orbits_of_exponents(size: Integers, found: Exponents, a: float) -> TiltedOrbits:
+def orbits_of_exponents(size: Integers, solved: Exponents, a: float) -> TiltedOrbits:
     """Return orbits that have already been solved, given the sizes of their classes."""
-    return _orbits(size, found.lyapunov, _terms(found.slopes), a)
+    return _orbits(size, solved.lyapunov, _terms(solved.slopes), a)
 
 
 def _orbits(size: Integers, lyapunov: Floats, terms: Floats, a: float) -> TiltedOrbits:
@@ -116,7 +116,7 @@ class Beginning(NamedTuple):
     orbits: TiltedOrbits  # with all three quantities: ln D, ln K and c2
     # for each period, shape (3, last - 1): the highest level with a tilt, the average over orbits
     # sum w (lambda - ln D - ln K - c2) / sum w m at that level, and the average at the level below
-    found: Floats
+    columns: Floats
     tilts: dict[int, Floats]  # the tilt at the last period for each level
 
     @classmethod
@@ -126,14 +126,18 @@ class Beginning(NamedTuple):
         orbits = TiltedOrbits.joined(part for _, part in given)
         upto = [sum(len(part.legs) for p, part in given if p <= end) for end in range(2, last + 1)]
         scale = orbits.legs.mean() if len(orbits.legs) else 1.0
-        x, found, known = orbits.x / scale, np.full((3, last - 1), np.nan), dict[int, tuple[Floats, Floats]]()
+        x, columns, tilts = (
+            orbits.x / scale,
+            np.full((3, last - 1), np.nan),
+            dict[int, tuple[Floats, Floats]](),
+        )
         for place, count in enumerate(upto):
             if count:
-                known = _highest_two(orbits.log_weights[:count], x[:, :count], known)
+                tilts = _highest_two(orbits.log_weights[:count], x[:, :count], tilts)
                 rest, legs = orbits.rest[:count], orbits.legs[:count]
-                values = [float(w @ rest / (w @ legs)) for _, w in known.values()]
-                found[:, place] = max(known), values[-1], values[-2] if len(values) > 1 else np.nan
-        return cls(orbits, found, {level: mu / scale for level, (mu, _) in known.items()})
+                values = [float(w @ rest / (w @ legs)) for _, w in tilts.values()]
+                columns[:, place] = max(tilts), values[-1], values[-2] if len(values) > 1 else np.nan
+        return cls(orbits, columns, {level: mu / scale for level, (mu, _) in tilts.items()})
 
 
 @lru_cache(maxsize=4)
@@ -150,7 +154,7 @@ def beginning(a: float, last: int) -> Beginning:
 
 def sum_rules(a: float, parts: Iterable[tuple[int, TiltedOrbits]], highest: int) -> SumRules:
     """Return the averages over all orbits up to each period 2 .. highest; `parts` is as in `Beginning.of`."""
-    return _averages(Beginning.of(parts, highest).found, exact_means(a))
+    return _averages(Beginning.of(parts, highest).columns, exact_means(a))
 
 
 def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRules:
@@ -162,11 +166,11 @@ def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRu
     """
     last = min(highest, EXACT)
     start = beginning(a, last)
-    found = np.full((3, highest - 1), np.nan)
-    found[:, : last - 1] = start.found
+    columns = np.full((3, highest - 1), np.nan)
+    columns[:, : last - 1] = start.columns
     beyond = _tilts(start, moments[: highest - last])[0]
-    found[:, last - 1 : last - 1 + beyond.shape[1]] = beyond
-    return _averages(found, exact_means(a))
+    columns[:, last - 1 : last - 1 + beyond.shape[1]] = beyond
+    return _averages(columns, exact_means(a))
 
 
 def next_tilts(a: float, moments: Sequence[Moments]) -> dict[int, Floats]:
@@ -184,36 +188,36 @@ def _highest_two(
     """
     tilts = {}
     for level in range(min(before, default=0), len(HELD)):
-        found = tilt(log_weights, held[list(HELD[level])], before[level][0] if level in before else None)
-        if found is None:
+        tilted = tilt(log_weights, held[list(HELD[level])], before[level][0] if level in before else None)
+        if tilted is None:
             break
-        tilts[level] = found
+        tilts[level] = tilted
     if not tilts:
         return _highest_two(log_weights, held, {})
     return {level: tilts[level] for level in sorted(tilts)[-2:]}
 
 
 def _tilts(start: Beginning, moments: Sequence[Moments]) -> tuple[Floats, dict[int, Floats]]:
-    """Return the columns of `Beginning.found` for periods beyond `EXACT`, and the tilts at the last one."""
-    known, found = dict(start.tilts), np.full((3, len(moments)), np.nan)
+    """Return the columns of `Beginning.columns` for periods beyond `EXACT`, and the tilts at the last one."""
+    tilts, columns = dict(start.tilts), np.full((3, len(moments)), np.nan)
     for place in range(len(moments)):
         values = {}
-        for level in sorted(known):
-            if any(level not in each for each in moments[: place + 1]):
-                del known[level]
+        for level in sorted(tilts):
+            if any(level not in by_level for by_level in moments[: place + 1]):
+                del tilts[level]
                 continue
             parts: list[TiltedOrbits | TiltMoments] = [start.orbits.held(level)]
-            parts += [each[level] for each in moments[: place + 1]]
-            solved = _solved(parts, known[level])
+            parts += [by_level[level] for by_level in moments[: place + 1]]
+            solved = _solved(parts, tilts[level])
             if solved is None:
-                del known[level]
+                del tilts[level]
                 continue
-            known[level], sums = solved
+            tilts[level], sums = solved
             values[level] = sums.rest / sums.legs
         if values:
-            found[:2, place] = max(values), values[max(values)]
-            found[2, place] = values.get(max(values) - 1, np.nan)
-    return found, known
+            columns[:2, place] = max(values), values[max(values)]
+            columns[2, place] = values.get(max(values) - 1, np.nan)
+    return columns, tilts
 
 
 def _solved(parts: Sequence[TiltedOrbits | TiltMoments], start: Floats) -> tuple[Floats, TiltedSums] | None:
@@ -223,10 +227,10 @@ def _solved(parts: Sequence[TiltedOrbits | TiltMoments], start: Floats) -> tuple
         return TiltedSums(*(sum(of) for of in zip(*(part.at(mu) for part in parts), strict=True)))
 
     def at(mu: Floats) -> Tilted:
-        here = total(mu)
-        means = here.slope / here.total
-        log_sum = math.log(here.total) if here.total > 0 else math.inf  # a truncated series may be negative
-        return Tilted(log_sum, means, here.spread / here.total - np.outer(means, means))
+        sums = total(mu)
+        means = sums.slope / sums.total
+        log_sum = math.log(sums.total) if sums.total > 0 else math.inf  # a truncated series may be negative
+        return Tilted(log_sum, means, sums.spread / sums.total - np.outer(means, means))
 
     # sweeps store sums around this tilt, so it has to be more accurate than the result of `tilt`
     mu = exact_tilt(at, start, _SMALL)
@@ -235,10 +239,10 @@ def _solved(parts: Sequence[TiltedOrbits | TiltMoments], start: Floats) -> tuple
     return mu, sums
 
 
-def _averages(found: Floats, means: ExactMeans) -> SumRules:
-    """Return the averages that follow from `Beginning.found`, with estimates of their errors."""
-    rest, below = found[1:]
-    level = np.where(np.isfinite(rest), found[0], 0).astype(np.int64)
+def _averages(columns: Floats, means: ExactMeans) -> SumRules:
+    """Return the averages that follow from `Beginning.columns`, with estimates of their errors."""
+    rest, below = columns[1:]
+    level = np.where(np.isfinite(rest), columns[0], 0).astype(np.int64)
     growth = means.growth
     error = _CHANGES[level] * _recent(np.abs(rest - below), _LOOK_BACK, np.max)
     error += _RANGES[level] * _recent(rest, _LOOK_BACK + 1, np.ptp)

@@ -46,23 +46,23 @@ def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: floa
     `at` returns the tilted sum at mu, or None if mu x < 0 for all orbits, which proves that no tilt exists.
     The iteration ends when the square of the Newton step, in the metric of the spread, is below `small`.
     """
-    mu, here = start, at(start)
+    mu, now = start, at(start)
     for _ in range(_MOST_STEPS):
-        if here is None:
+        if now is None:
             return None
         try:
-            step = -np.linalg.solve(here.spread, here.means)
+            step = -np.linalg.solve(now.spread, now.means)
         except np.linalg.LinAlgError:  # the points x do not span all directions
             return None
-        drop, fraction = -float(here.means @ step), 1.0
+        drop, fraction = -float(now.means @ step), 1.0
         if drop < small:
             return mu
-        slack = _ROUNDING * (1 + abs(here.log_sum))
+        slack = _ROUNDING * (1 + abs(now.log_sum))
         while (there := at(mu + fraction * step)) is not None and fraction > _LEAST_FRACTION:
-            if there.log_sum <= here.log_sum - fraction * drop / 4 + slack:
+            if there.log_sum <= now.log_sum - fraction * drop / 4 + slack:
                 break
             fraction /= 2
-        mu, here = mu + fraction * step, there
+        mu, now = mu + fraction * step, there
     return None
 
 
@@ -160,14 +160,14 @@ class TiltMoments:
         powers = _powers(len(centre))
         sums = []
         for start in range(0, len(orbits.legs), _CHUNK):
-            here = slice(start, start + _CHUNK)
-            x, w = orbits.x[:, here], np.exp(orbits.log_weights[here] + centre @ orbits.x[:, here])
+            rows = slice(start, start + _CHUNK)
+            x, w = orbits.x[:, rows], np.exp(orbits.log_weights[rows] + centre @ orbits.x[:, rows])
             terms = np.empty((len(powers.exponents), x.shape[1]))
             terms[0] = w
             for place, (lower, factor) in enumerate(powers.made_of, 1):
                 np.multiply(terms[lower], x[factor], out=terms[place])
             sums.append(
-                [terms.sum(axis=1), *((terms * of[here]).sum(axis=1) for of in (orbits.rest, orbits.legs))]
+                [terms.sum(axis=1), *((terms * of[rows]).sum(axis=1) for of in (orbits.rest, orbits.legs))]
             )
         return cls(centre, np.array(sums).sum(axis=0) if sums else cls.none(centre).sums)
 
@@ -207,22 +207,20 @@ class _Powers(NamedTuple):
 
 @cache
 def _powers(k: int) -> _Powers:
-    factors = [each for d in range(DEGREE + 1) for each in combinations_with_replacement(range(k), d)]
-    place = {each: number for number, each in enumerate(factors)}
-    exponents = np.array([[each.count(i) for i in range(k)] for each in factors]).reshape(len(factors), k)
+    factors = [factor for d in range(DEGREE + 1) for factor in combinations_with_replacement(range(k), d)]
+    place = {factor: number for number, factor in enumerate(factors)}
+    exponents = np.array([[factor.count(i) for i in range(k)] for factor in factors]).reshape(len(factors), k)
     times = np.full((len(factors), k), -1)
-    for number, each in enumerate(factors):
+    for number, factor in enumerate(factors):
         for i in range(k):
-            times[number, i] = place.get(tuple(sorted((*each, i))), -1)
+            times[number, i] = place.get(tuple(sorted((*factor, i))), -1)
     factorials = np.array([math.prod(map(math.factorial, row)) for row in exponents.tolist()], dtype=float)
-    return _Powers(exponents, factorials, [(place[each[:-1]], each[-1]) for each in factors[1:]], times)
+    return _Powers(exponents, factorials, [(place[factor[:-1]], factor[-1]) for factor in factors[1:]], times)
 
 
 def to_bytes(moments: Mapping[int, TiltMoments]) -> bytes:
     """Return the moments of each level as the bytes of little-endian doubles."""
-    parts = [
-        part for level, each in sorted(moments.items()) for part in ([level], each.centre, each.sums.ravel())
-    ]
+    parts = ([level, *part.centre, *part.sums.ravel()] for level, part in sorted(moments.items()))
     return np.concatenate([np.zeros(0), *parts]).astype("<f8").tobytes()
 
 
@@ -234,7 +232,7 @@ def from_bytes(numbers: bytes) -> dict[int, TiltMoments]:
     ValueError
         If the bytes do not represent moments.
     """
-    values, found = np.frombuffer(numbers, dtype="<f8").astype(float), {}
+    values, moments = np.frombuffer(numbers, dtype="<f8").astype(float), {}
     if not np.isfinite(values).all():
         raise ValueError("moments must be finite")
     while len(values):
@@ -245,6 +243,6 @@ def from_bytes(numbers: bytes) -> dict[int, TiltMoments]:
         end = 1 + k + 3 * len(_powers(k).exponents)
         if len(values) < end:
             raise ValueError(f"{len(values)} numbers are not enough for the moments of level {level}")
-        found[level] = TiltMoments(values[1 : 1 + k], values[1 + k : end].reshape(3, -1))
+        moments[level] = TiltMoments(values[1 : 1 + k], values[1 + k : end].reshape(3, -1))
         values = values[end:]
-    return found
+    return moments
