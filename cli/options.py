@@ -1,7 +1,6 @@
 """Options shared by several commands, singly or in groups: how they are read, and completed in the shell."""
 
 import math
-import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import wraps
@@ -12,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 import typer
 
-from orbitdb.cli.output import note, repeats
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path, home_expanded
 from orbitdb.text import exact, real, whole
@@ -151,33 +149,6 @@ def named(asked: Asked) -> tuple[float, ...] | None:
     return tuple(dict.fromkeys(chain.from_iterable(asked or ()))) or None
 
 
-_AROUND = " \t\r\n\ufeff"
-"""Characters allowed around a code, including the byte order mark of files from Windows."""
-
-
-def given_codes(*given: Iterable[str] | None) -> Iterator[str]:
-    """Yield the words given as arguments or with ``--code``, unchecked; ``-`` reads one per line of stdin."""
-    try:
-        for code in chain.from_iterable(codes or () for codes in given):
-            if code == "-":
-                yield from (code for line in sys.stdin or () if (code := line.strip(_AROUND)))
-            else:
-                yield code
-    except UnicodeDecodeError:
-        raise InputError("stdin is not text: write one code per line") from None
-
-
-def primitive(code: str) -> str:
-    """Parse a code; if it repeats a shorter word, write a note and return the shorter word."""
-    from orbitdb.symbols.words import parse, primitive_root
-
-    word = parse(code)
-    root = primitive_root(word)
-    if root != word:
-        note(repeats(word, root))
-    return root
-
-
 # single options
 
 
@@ -279,7 +250,7 @@ Words = Annotated[
     ),
 ]
 Codes = Annotated[list[str] | None, typer.Option("--code", help="Same as WORD; repeatable.")]
-"""`given_codes` reads these together with `Words`."""
+"""`orbitdb.cli.reading.given_codes` reads these together with `Words`."""
 
 Limit = Annotated[
     int | None, count_option(least=0, help="Maximum number of rows [default: 40 in a table, otherwise all].")

@@ -1,20 +1,22 @@
-"""Helpers for the commands that read a catalogue: the values of a, notes on gaps, and rows in order."""
+"""Helpers for commands that read a catalogue: codes, the values of a, notes on gaps, and rows in order."""
 
 import heapq
-from collections.abc import Callable, Iterator, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
 from functools import cmp_to_key
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from orbitdb import __version__
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli.options import Asked, Choice, HalfLengths, many_a, named
-from orbitdb.cli.output import note
+from orbitdb.cli.output import note, repeats
 from orbitdb.columns import IN_CATALOGUE, Row
+from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path
 from orbitdb.text import exact, several
 
@@ -28,17 +30,44 @@ _NATURAL = ("p", "representative", "element")
 """The columns that decide the order of rows with equal sort keys."""
 
 
+_AROUND = " \t\r\n\ufeff"
+"""Characters allowed around a code, including the byte order mark of files from Windows."""
+
+
+def given_codes(*given: Iterable[str] | None) -> Iterator[str]:
+    """Yield the words given as arguments or with ``--code``, unchecked; ``-`` reads one per line of stdin."""
+    try:
+        for code in chain.from_iterable(codes or () for codes in given):
+            if code == "-":
+                yield from (code for line in sys.stdin or () if (code := line.strip(_AROUND)))
+            else:
+                yield code
+    except UnicodeDecodeError:
+        raise InputError("stdin is not text: write one code per line") from None
+
+
+def primitive(code: str) -> str:
+    """Parse a code; if it repeats a shorter word, write a note and return the shorter word."""
+    from orbitdb.symbols.words import parse, primitive_root
+
+    word = parse(code)
+    root = primitive_root(word)
+    if root != word:
+        note(repeats(word, root))
+    return root
+
+
 def asked_columns(
-    columns: str | None, usual: Sequence[str], a: Sequence[HalfLengths] | None, known: Sequence[str] = ()
+    columns: str | None, usual: Sequence[str], a: Sequence[HalfLengths] | None, allowed: Sequence[str] = ()
 ) -> tuple[str, ...]:
     """Return the requested columns, or the usual ones if `columns` is None.
 
-    `known` are the columns that may be requested, by default those of the catalogue. If --a may stand for
+    `allowed` are the columns that may be requested, by default those of the catalogue. If --a may stand for
     several values, the column a is added: first, or second if the word comes first.
     """
     from orbitdb.store.selection import parse_names
 
-    names = tuple(usual if columns is None else parse_names(columns, known or OF_CATALOGUE))
+    names = tuple(usual if columns is None else parse_names(columns, allowed or OF_CATALOGUE))
     if "a" in names or not many_a(a):
         return names
     place = 1 if names[:1] == ("code",) else 0

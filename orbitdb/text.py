@@ -61,11 +61,11 @@ def cell(value: object) -> object:
     return f"'{text}" if text.startswith(_FORMULA) else text
 
 
-def guess(name: str, known: Iterable[str]) -> str:
-    """Return a question that suggests the known name closest to a wrong one; empty if none is similar."""
+def guess(name: str, names: Iterable[str]) -> str:
+    """Return a question that suggests the name closest to a wrong one; empty if none is similar."""
     from difflib import get_close_matches  # seldom needed
 
-    return "".join(f"did you mean {meant}? " for meant in get_close_matches(name, list(known), 1))
+    return "".join(f"did you mean {meant}? " for meant in get_close_matches(name, list(names), 1))
 
 
 # numbers

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Database, HalfLength, given_codes, primitive, takes_only
+from orbitdb.cli.options import Database, HalfLength, takes_only
 from orbitdb.cli.output import Output, code_text, note, progress
+from orbitdb.cli.reading import given_codes, primitive
 from orbitdb.cli.storing import (
     DryRun,
     Highest,

@@ -13,9 +13,9 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.figures import DRAWINGS, ENTROPY_OVER_A, SHEET_OF_WORDS, Drawing, Kind
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
-from orbitdb.cli.options import Asked, Choice, given_codes, many_a, named, primitive
+from orbitdb.cli.options import Asked, Choice, many_a, named
 from orbitdb.cli.output import code_text, note, progress
-from orbitdb.cli.reading import known_catalogue, meant, reading
+from orbitdb.cli.reading import given_codes, known_catalogue, meant, primitive, reading
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.text import exact, real, several
@@ -128,13 +128,13 @@ def plot(
         with progress("drawing"), reading(db, at, choice) as (moment, chosen):
             made = _draw(drawing, moment, *chosen, **further)
     style.adjust(made, inches, title)
-    said = str(made.get_label())
+    label = str(made.get_label())
     if to_stdout:
-        sys.stdout.buffer.write(style.as_bytes(made, ending, said, dpi))
+        sys.stdout.buffer.write(style.as_bytes(made, ending, label, dpi))
         return
     with progress("drawing"), complete(output) as draft:
-        style.save(made, draft, ending, said, dpi)
-    note(f"{said}, in {output}")
+        style.save(made, draft, ending, label, dpi)
+    note(f"{label}, in {output}")
 
 
 def _size(text: str | None) -> tuple[float, float] | None:

@@ -11,16 +11,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Choice, HalfLengths, given_codes, many_a, primitive
+from orbitdb.cli.options import Choice, HalfLengths, many_a
 from orbitdb.cli.output import Format, Output, beside, code_text, note, write_facts
 from orbitdb.cli.reading import (
     asked_columns,
     described,
+    given_codes,
     in_order,
     known_catalogue,
     meant,
     note_gaps,
     note_nothing,
+    primitive,
     reading,
 )
 from orbitdb.columns import GROUPS, IN_CATALOGUE, WRITTEN

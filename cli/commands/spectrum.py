@@ -6,9 +6,9 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels, Parities, read_range
-from orbitdb.cli.options import Choice, primitive
+from orbitdb.cli.options import Choice
 from orbitdb.cli.output import Output, note, progress
-from orbitdb.cli.reading import known_catalogue, meant, reading
+from orbitdb.cli.reading import known_catalogue, meant, primitive, reading
 from orbitdb.errors import InputError
 from orbitdb.text import real
 

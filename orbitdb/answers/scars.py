@@ -20,7 +20,7 @@ from orbitdb.store.lookup import find_word
 from orbitdb.store.query import choose
 from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact
+from orbitdb.text import exact, shortened
 
 SHORTEST = 20
 """Number of classes, those with the shortest orbits, to try beside the bouncing balls if no word is given."""
@@ -138,4 +138,5 @@ def shortest_orbits(moment: Moment, a: float) -> list[Orbit]:
 def check_scarring(orbit: Orbit) -> None:
     """Raise `InputError` if a word is neither an orbit nor the family of bouncing balls."""
     if orbit.points is None and orbit.status is not Status.FAMILY:
-        raise InputError(f"{orbit.code} at a = {exact(orbit.a)} scars nothing: {orbit.status.sentence}")
+        code = shortened(orbit.code)
+        raise InputError(f"{code} at a = {exact(orbit.a)} scars nothing: {orbit.status.sentence}")
