@@ -71,7 +71,7 @@ def _compare(p: int, stadium: "Stadium", output: Output, picture: Path | None) -
 
     title = f"p = {p} at a = {exact(stadium.a)}"
     if picture is not None:
-        ending = form_of(picture, known=FIGURES)
+        ending = form_of(picture, None, FIGURES)
         check_target(picture)
         style = load("orbitdb.plots.style", "a figure", "plot")  # late, because matplotlib is slow to import
     with progress("true orbits in ball arithmetic"):

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 import pytest
 from contents import made
-from solutions import representatives
 
 from orbitdb import Catalogue, Stadium, existence, simulate, solve, solve_word
 from orbitdb.averages.exact_means import exact_means
@@ -25,7 +24,6 @@ from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.fill import fill_births
-from orbitdb.orbits.births import find_changes
 from orbitdb.store.file import reading
 from orbitdb.store.selection import chosen_by
 from orbitdb.store.writing import Writer, add_reference
@@ -84,30 +82,9 @@ def words_of(*words: str) -> Callable[[Catalogue], Columns]:
 EXPONENTS = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
 
 
-def averages(name: str, **options: Any) -> Callable[[Catalogue], Columns]:
-    """Return a call that gives a table of the library by period."""
-
-    def call(catalogue: Catalogue) -> Columns:
-        found = getattr(catalogue, name)(**options)
-        return {column: list(found[column]) for column in found.columns}
-
-    return call
-
-
 def born(catalogue: Catalogue) -> Columns:
-    """Columns of ``births``, computed from recomputed births and deaths."""
-    columns: Columns = {
-        name: [] for name in ("p", "classes", "births", "deaths", "always", "least", "largest")
-    }
-    for p in range(2, 6):
-        changes = find_changes(representatives(p))
-        births = changes.a[changes.born].tolist()
-        dying = len(np.unique(changes.word[~changes.born]))
-        row = (p, len(changes.always), len(births), dying, int(changes.always.sum()),
-               min(births, default=None), max(births, default=None))  # fmt: skip
-        for name, value in zip(columns, row, strict=True):
-            columns[name].append(value)
-    return columns
+    names = ("p", "classes", "births", "deaths", "always", "least", "largest")
+    return records(catalogue.birth_fills(), {name: name for name in names})
 
 
 def filled(catalogue: Catalogue) -> Columns:
@@ -177,15 +154,15 @@ CASES = [
     Case("query --code 1232131 --code 01132", words_of("1232131", "01132")),
     Case("identify --start 0,0.001,0 --bounces 9 --limit 4", shadowed, slow=True),
     Case("identify --length 22 --tolerance 0.4", with_length),
-    Case("table", averages("table")),
-    Case("entropy", averages("entropy"), slow=True),
-    Case("entropy --p 3,5-6", averages("entropy", p="3,5-6")),
-    Case("lyapunov --p 2-6", averages("lyapunov", p="2-6")),
-    Case("lyapunov --p 3,5-6", averages("lyapunov", p="3,5-6")),
-    Case("lyapunov --weight det --p 2-6", averages("lyapunov", p="2-6", weight="det"), slow=True),
-    Case("lyapunov --cut 7 --p 2-6", averages("lyapunov", p="2-6", cut=7.0)),
+    Case("table", lambda c: c.table().columns),
+    Case("entropy", lambda c: c.entropy().columns, slow=True),
+    Case("entropy --p 3,5-6", lambda c: c.entropy(p="3,5-6").columns),
+    Case("lyapunov --p 2-6", lambda c: c.lyapunov(p="2-6").columns),
+    Case("lyapunov --p 3,5-6", lambda c: c.lyapunov(p="3,5-6").columns),
+    Case("lyapunov --weight det --p 2-6", lambda c: c.lyapunov(p="2-6", weight="det").columns, slow=True),
+    Case("lyapunov --cut 7 --p 2-6", lambda c: c.lyapunov(p="2-6", cut=7.0).columns),
     Case("lyapunov --cut 6.5 --weight det --p 2-6",
-         averages("lyapunov", p="2-6", cut=6.5, weight="det"), slow=True),
+         lambda c: c.lyapunov(p="2-6", cut=6.5, weight="det").columns, slow=True),
     Case("simulate --a 0.7 --bounces 20000 --seed 3 --no-store",
          measured(lambda: [simulate(Stadium(0.7), 20_000, 3)]), reads=False),
     Case("simulate --a 0.7 --bounces 20000 --seed 3 --legwise --no-store", measured(legwise),
