@@ -24,6 +24,7 @@ LONG = dict.fromkeys(
         "rigidity.svg",
         "spacings.svg",
         "spectrum.svg",
+        "staircase.svg",
     ),
     "fuzz",
 )

@@ -65,7 +65,7 @@ class Started:
 @pytest.fixture(scope="module")
 def stored(made_once):
     def make(path):
-        for arguments in (("fill", "--p", "9", "--geometric"), ("births", "--p", "9")):
+        for arguments in (("fill", "--p", "8", "--geometric"), ("births", "--p", "8")):
             assert run(*arguments, "--db", path).returncode == 0
 
     return made_once("told", make)
