@@ -52,12 +52,7 @@ def levels_from_zero(
     """Return the stored levels from k = 0 to the first gap, or to `k_max` below it (`Catalogue.levels`)."""
     parities = parities_of(one_parity(parity))
     windows_of = {one: stored_levels(moment, a, one) for one in parities}
-    ends = {}
-    for one, windows in windows_of.items():
-        end = 0.0
-        for window in windows:
-            end = window.high if window.low == end else end
-        ends[one] = end
+    ends = {one: next(ranges_not_stored(windows, 0.0, math.inf))[0] for one, windows in windows_of.items()}
     last = min(ends.values())
     high = last if k_max is None else k_max
     if k_max is not None and not k_max > 0:

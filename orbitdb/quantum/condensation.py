@@ -162,33 +162,12 @@ class _Condensed:
 def eigenfunctions(of: Interiors, fixed: Fixed, low: float, high: float) -> tuple[int, Floats, Floats]:
     """Return the number of eigenvalues of -Laplace below an interval, and the eigenpairs in the interval.
 
-    Parameters
-    ----------
-    of : Interiors
-    fixed : Fixed
-        Returns where functions must be 0.
-    low, high : float
-        The interval, with 0 <= low < high. An end at a pole of the Schur complement is moved outwards.
+    The F eigenvalues ascend. Their eigenfunctions at the nodes of the cells have the shape (F, E, n, n), and
+    the integral of the square of each is 1. An end at a pole of the Schur complement is moved outwards.
 
-    Returns
-    -------
-    below : int
-        Number of eigenvalues below the interval.
-    values : ndarray, shape (F,)
-        The eigenvalues in the interval, in ascending order.
-    functions : ndarray, shape (F, E, n, n)
-        Their eigenfunctions at the nodes of the cells; the integral of the square of each is 1.
-
-    Raises
-    ------
-    WorkError
-        If the eigenvalues cannot be counted, or if not all of them are found.
-
-    Notes
-    -----
-    Shift-and-invert Lanczos iterations find the eigenfunctions, and the count checks that none is missing.
-    Each eigenvalue is computed as the energy of its function. If rounding leaves open on which side of an end
-    it lies, the count decides.
+    Shift-and-invert Lanczos iterations find the eigenfunctions. The count checks that none is missing, and
+    `WorkError` is raised if one is. Each eigenvalue is computed as the energy of its function. If rounding
+    leaves open on which side of an end it lies, the count decides.
     """
     condensed = _Condensed.joined(of, fixed)
     low, high = of.clear(low, -1), of.clear(high, 1)

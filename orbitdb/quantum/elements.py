@@ -42,17 +42,11 @@ _LARGEST = 0.4
 
 @dataclass(frozen=True, eq=False)
 class Cell:
-    """A part of a patch.
-
-    Attributes
-    ----------
-    patch : Patch
-    corners : ndarray, shape (4, 2)
-        Corners of the cell in the unit square, in order around the cell.
-    """
+    """A part of a patch."""
 
     patch: Patch
     corners: Floats
+    """Corners in the unit square, in order around the cell, shape (4, 2)."""
 
     def points(self, s: Floats, t: Floats) -> Floats:
         """Return points of the stadium, shape (..., 2), at the coordinates s, t in 0..1 within the cell."""
@@ -64,15 +58,8 @@ class Cell:
 def quarter_stadium(a: float, size: float, layers: int) -> list[Cell]:
     """Return the cells of the quarter x > 0, y > 0 of the stadium; the centre of the arc is at (a, 0).
 
-    Parameters
-    ----------
-    a : float
-        Half length of a straight wall.
-    size : float
-        Approximate upper limit for the edges of the cells, in units of the radius. In any case, edges are at
-        most 1 along the width of the rectangle, and at most about 0.4 along its height and in the disc.
-    layers : int
-        Number of times the cells at the joint are divided.
+    Their edges are at most about `size`, at most 1 along the width of the rectangle, and at most about 0.4
+    along its height and in the disc. Those at the joint are divided `layers` times.
     """
     small = min(size, _LARGEST)
     cells = [*rectangle(a, min(size, 1.0), small), *quarter_disc(a, small)]
@@ -148,17 +135,8 @@ _NOTHING = np.finfo(np.float64).tiny
 def nodes(order: int) -> tuple[Floats, Floats, Floats]:
     """Return the nodes and weights of Gauss-Lobatto-Legendre quadrature on -1..1, and the derivative matrix.
 
-    Parameters
-    ----------
-    order : int
-        Degree of the polynomials; there are order + 1 nodes.
-
-    Returns
-    -------
-    x, weights : ndarray, shape (order + 1,)
-        The nodes in ascending order, and their weights.
-    matrix : ndarray, shape (order + 1, order + 1)
-        Maps the values of a polynomial at the nodes to the values of its derivative there.
+    There are order + 1 nodes for polynomials of the given degree. The matrix maps the values of a polynomial
+    at the nodes to the values of its derivative there.
     """
     polynomial = legendre.Legendre.basis(order)
     slope = polynomial.deriv()

@@ -190,24 +190,7 @@ def reach(k_max: float) -> float:
 def of_levels(
     k: Floats, x: Floats, k_max: float, stadium: Stadium, parity: Parity | None = None
 ) -> Complexes:
-    """Return F at the lengths x, computed from levels.
-
-    Parameters
-    ----------
-    k : ndarray, shape (N,)
-        All levels below `k_max`, in 1/radius; higher levels are ignored.
-    x : ndarray, shape (n,)
-        Lengths, in units of the radius.
-    k_max : float
-        The end K of the window, in 1/radius.
-    stadium : Stadium
-    parity : Parity, optional
-        Parity of the levels; by default, levels of all parities.
-
-    Returns
-    -------
-    ndarray of complex128, shape (n,)
-    """
+    """Return F at the lengths x, shape (n,), from all levels k below `k_max`; higher levels are ignored."""
     inside = k[k < k_max]
     nodes, weights = _quadrature(k_max, x)
     smooth = weights * weyl(stadium, parity).deriv()(nodes)

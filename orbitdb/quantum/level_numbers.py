@@ -55,35 +55,27 @@ _PART = 256
 
 
 def numbered(
-    expected: Floats, sigma: float | Floats, place: Floats, independent: int = 1, first_free: bool = False
+    expected: Floats, sigma: Floats, place: Floats, independent: int = 1, first_free: bool = False
 ) -> tuple[Integers, float]:
-    """Return the true numbers of levels that have the lowest cost, and this cost.
+    """Return the true numbers of N levels that have the lowest cost, and this cost.
+
+    True numbers are counted from 1 and increase; spurious levels have 0.
 
     Parameters
     ----------
-    expected : ndarray, shape (N,)
-        Number of each level according to the orbits, not rounded to an integer.
-    sigma : float or ndarray, shape (N,)
-        Uncertainty of the expected numbers.
+    expected, sigma : ndarray, shape (N,)
+        Number of each level according to the orbits, not rounded to an integer, and its uncertainty.
     place : ndarray, shape (N,)
-        Smooth number of levels below each level, by Weyl's law; its differences are distances in mean
-        spacings.
+        Weyl's law at each level; its differences are distances in mean spacings.
     independent : int, optional
         Number of independent spectra in the list, 4 if it has levels of all parities.
     first_free : bool, optional
-        Whether the list may begin with any number; otherwise, numbers that it skips below its first level
-        count as missing.
-
-    Returns
-    -------
-    number : ndarray of int, shape (N,)
-        True numbers, counted from 1 and increasing; 0 for spurious levels.
-    cost : float
+        Whether the list may begin with any number; otherwise numbers below its first level count as missing.
     """
     count, offset = len(expected), np.arange(2 * _BAND + 2)
     low = np.maximum.accumulate(np.floor(expected).astype(np.int64)) - _BAND
     number = low[:, None] + offset
-    off = (expected[:, None] - number) ** 2 / (2 * np.broadcast_to(sigma, count)[:, None] ** 2)
+    off = (expected[:, None] - number) ** 2 / (2 * sigma[:, None] ** 2)
     off[number < 1] = np.inf
     shift, gaps = np.diff(low, prepend=low[0]).tolist(), np.diff(place, prepend=place[0]).tolist()
     came = np.zeros((count, 2, len(offset)), np.int8)
@@ -180,8 +172,8 @@ class Filling:
         How near each level is to an end of the list: 1 at the end, 0 far from it.
     cutoff : float
         The cutoff X of the staircase from the orbits.
-    lengths : tuple of float
-        Least and largest length of the waves, in units of the radius.
+    lengths : ndarray, shape (2,)
+        Least and largest length of the waves.
     independent, first_free
         As for `numbered`.
     """
@@ -192,9 +184,9 @@ class Filling:
         smooth: Polynomial,
         end: Floats,
         cutoff: float,
-        lengths: tuple[float, float],
-        independent: int = 1,
-        first_free: bool = False,
+        lengths: Floats,
+        independent: int,
+        first_free: bool,
     ) -> None:
         self.k, self.end, self.cutoff = k, end, cutoff
         self.place, self.density = smooth(k), smooth.deriv()
@@ -202,13 +194,13 @@ class Filling:
         self.sigma = _PLACED * (1 + _PLACED_END * end)
         bounds = np.linspace(0, len(k), math.ceil(np.ptp(k) / _STRETCH) + 1).astype(int).tolist()
         self.ends = k[bounds[1:-1]]
-        self.stretches = [(slice(*pair), self._waves(slice(*pair), *lengths)) for pair in pairwise(bounds)]
+        self.stretches = [(slice(*pair), self._waves(slice(*pair), lengths)) for pair in pairwise(bounds)]
 
-    def _waves(self, rows: slice, low: float, high: float) -> Floats:
+    def _waves(self, rows: slice, lengths: Floats) -> Floats:
         """Return waves Q such that Q Q^T r is their fit to a residual r, both in units of sigma."""
         k = self.k[rows]
-        count = math.ceil(np.ptp(k) * (high - low) / (2 * math.pi)) + 1
-        phase = k[:, None] * np.linspace(low, high, max(count, 2))
+        count = math.ceil(np.ptp(k) * np.ptp(lengths) / (2 * math.pi)) + 1
+        phase = k[:, None] * np.linspace(lengths[0], lengths[1], max(count, 2))
         waves = np.concatenate([np.cos(phase), np.sin(phase)], axis=1) / self.sigma[rows, None]
         normal = waves.T @ waves + np.eye(waves.shape[1]) / _WAVE**2
         return np.linalg.solve(np.linalg.cholesky(normal), waves.T).T
@@ -216,12 +208,8 @@ class Filling:
     def filled(self, number: Integers, excess: Floats) -> tuple[Integers, Floats, Floats]:
         """Return the true numbers, the residual with the missing levels filled in, and the waves in it.
 
-        Parameters
-        ----------
-        number : ndarray of int, shape (N,)
-            True numbers from which to begin, 0 for spurious levels.
-        excess : ndarray, shape (N,)
-            Number of levels below each k from the orbits, minus that of the list smoothed with the same X.
+        `number` has true numbers from which to begin. `excess` is the number of levels below each k from the
+        orbits, minus that of the list smoothed with the same X.
         """
         true = np.flatnonzero(number > 0)
         if not len(true):

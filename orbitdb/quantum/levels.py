@@ -96,13 +96,7 @@ class LevelTask:
         """Find the levels of the window on a grid.
 
         A level at an end of the window belongs to the window above that end, whichever way it was rounded.
-
-        Parameters
-        ----------
-        order : int, optional
-            Degree of the polynomials.
-        layers : int, optional
-            Number of times the cells at the joint are divided.
+        The grid has polynomials of degree `order`; the cells at the joint are divided `layers` times.
         """
         began = time.process_time()
         low, high = self.low * (1 - _BEYOND), self.high * (1 + _BEYOND)

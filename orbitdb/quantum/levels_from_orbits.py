@@ -83,20 +83,10 @@ def staircase(
     cutoffs: Sequence[float] = CUTOFFS,
     k_min: float = 0.0,
 ) -> Staircase:
-    """Return the number of levels below k from orbits, on a grid from `k_min` to `k_max`.
+    """Return the number of levels of one parity or of all below k, on a grid from `k_min` to `k_max`.
 
-    Parameters
-    ----------
-    stadium : Stadium
-    classes : OrbitClasses
-        All orbits shorter than `BEYOND` times the largest cutoff; for one parity, all orbits shorter than
-        twice this length, because half orbits contribute.
-    k_max : float
-        End of the grid, in 1/radius; `k_min` is its beginning.
-    parity : Parity, optional
-        Parity of the levels to count; by default, levels of all parities are counted.
-    cutoffs : sequence of float, optional
-        The cutoffs X, in units of the radius.
+    It needs all orbits shorter than `BEYOND` times the largest cutoff; for one parity, those up to twice this
+    length, because half orbits contribute.
     """
     longest = BEYOND * max(cutoffs)
     points = math.ceil((k_max - k_min) * longest * _STEPS / (2 * math.pi)) + 2

@@ -224,9 +224,6 @@ def assess(
     orbits : Staircase
         The staircase with a single cutoff, on a grid of k from 0, or from the first level of a window, up to
         `WIDEST` times the last level.
-    stadium : Stadium
-    parity : Parity, optional
-        Parity of the levels; None if the list contains levels of all parities.
     window : bool, optional
         Whether the list may begin with any level; otherwise it begins with the lowest.
     fit_scale : bool, optional
@@ -261,12 +258,9 @@ class _Compared:
     def __init__(
         self, k: Floats, orbits: Staircase, stadium: Stadium, parity: Parity | None, window: bool
     ) -> None:
-        self.smooth = smooth = weyl(stadium, parity)
-        self.k, self.orbits, self.window = k, orbits, window
-        (self.cutoff,) = orbits.cutoffs
-        self.independent = 4 if parity is None else 1
-        low, high = (stadium.perimeter + off for off in (_CREEPING if parity else _CREEPING_OF_ALL))
-        self.lengths, density = ((low / 2, high / 2) if parity else (low, high)), smooth.deriv()(k)
+        smooth = weyl(stadium, parity)
+        density = smooth.deriv()(k)
+        self.k, self.orbits, (self.cutoff,) = k, orbits, orbits.cutoffs
         self.crowded = float(density[-1]) / self.cutoff
         spacing, far = 1 / np.maximum(density[[0, -1]], 0.1), _FAR / self.cutoff
         above = np.arange(k[-1] + spacing[1], k[-1] + far, spacing[1])
@@ -276,17 +270,17 @@ class _Compared:
         if window:
             near_end = np.minimum(near_end, k - k[0])
         self.end = np.exp(-((self.cutoff * near_end) ** 2) / 2)
+        lengths = stadium.perimeter + np.array(_CREEPING_OF_ALL if parity is None else _CREEPING)
+        lengths, independent = (lengths, 4) if parity is None else (lengths / 2, 1)
+        self.filling = Filling(k, smooth, self.end, self.cutoff, lengths, independent, window)
 
     def numbered(self, excess: Floats) -> tuple[Integers, Floats, float]:
         """Return the true numbers, the residual of the filled list and its scatter."""
-        filling = Filling(
-            self.k, self.smooth, self.end, self.cutoff, self.lengths, self.independent, self.window
-        )
-        sigma = _SIGMA * (1 + (_END - 1) * self.end)
+        filling, sigma = self.filling, _SIGMA * (1 + (_END - 1) * self.end)
         expected, waves = excess + np.arange(1, len(self.k) + 1), np.zeros(len(self.k))
         for _ in range(_ROUNDS):
-            number, _ = numbered(expected - waves, sigma, filling.place, self.independent, self.window)
-            number, residual, waves = filling.filled(number, excess)
+            how = filling.place, filling.independent, filling.first_free
+            number, residual, waves = filling.filled(numbered(expected - waves, sigma, *how)[0], excess)
         inner = self.end < _AT_END if (self.end < _AT_END).any() else self.end >= 0
         off = np.where(number > 0, np.minimum(np.abs(residual), 1.0), 1.0)[inner]
         return number, residual, float(np.sqrt((off**2).mean()))

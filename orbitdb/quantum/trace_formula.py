@@ -78,16 +78,8 @@ class Terms(NamedTuple):
 def orbit_terms(classes: OrbitClasses, longest: float, parity: Parity | None = None) -> Terms:
     """Return the terms of the orbits and of their repetitions.
 
-    For one parity, half orbits replace the orbits that a mirror or the half turn maps to themselves.
-
-    Parameters
-    ----------
-    classes : OrbitClasses
-        The orbits; for one parity, with their symmetries.
-    longest : float
-        Maximum length l of a term.
-    parity : Parity, optional
-        Parity of the levels; by default, levels of all parities.
+    `longest` is the maximum length l of a term. For one parity, half orbits replace the orbits that a mirror
+    or the half turn maps to themselves.
     """
     number = len(classes)
     kind, g = np.zeros((2, number), np.int64) if parity is None else _spatial(classes)

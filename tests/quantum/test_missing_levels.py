@@ -232,7 +232,7 @@ def test_the_cheapest_assignment_is_found(data):
     expected = np.sort(np.array(data.draw(st.lists(places, min_size=1, max_size=4))))
     place = np.sort(np.array(data.draw(st.lists(places, min_size=len(expected), max_size=len(expected)))))
     sigma, free = data.draw(st.floats(0.1, 1)), data.draw(st.booleans())
-    numbers, cost = numbered(expected, sigma, place, first_free=free)
+    numbers, cost = numbered(expected, np.full(len(expected), sigma), place, first_free=free)
     tried = [_cost(expected, sigma, place, free, each) for each in _every(len(expected), 7)]
     assert cost == pytest.approx(min(tried))
     assert _cost(expected, sigma, place, free, numbers.tolist()) == pytest.approx(min(tried))
