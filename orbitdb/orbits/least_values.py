@@ -97,7 +97,9 @@ def least_exponent(p: int, a: float) -> float:
     for k in range(1, p + 2):
         kick = 2 * k / math.sin(math.pi / max(2 * (k - 1), 2))
         for n in range(p + 2 - k):
-            best[k + n] = min(best[k + n], math.log1p(kick * _least_drift(n, a)))
+            ends = [(1, a)] if n == 0 else [(n + 1, a), (n - 1, a + 1)]  # of the range of the direction
+            drift = min((2 * a * dx + 2 * n * dy) / math.hypot(dx, dy) for dy, dx in ends)
+            best[k + n] = min(best[k + n], math.log1p(kick * drift))
     for q in range(p, 0, -1):
         best[q] = min(best[q], best[q + 1])
     for q in range(2, p + 1):
@@ -108,9 +110,3 @@ def least_exponent(p: int, a: float) -> float:
 def _two_parts(best: list[float], bounces: int) -> float:
     """Return the least sum for two parts of a word that share the given number of bounces."""
     return min(best[q] + best[bounces - q] for q in range(1, bounces))
-
-
-def _least_drift(n: int, a: float) -> float:
-    """Return a lower bound on D of a leg over n walls, attained at one end of the range of its direction."""
-    ends = [(1, a)] if n == 0 else [(n + 1, a), (n - 1, a + 1)]
-    return min((2 * a * dx + 2 * n * dy) / math.hypot(dx, dy) for dy, dx in ends)

@@ -72,12 +72,6 @@ def _table(element: int) -> Words:
 _TABLES = [_table(element) for element in ELEMENTS]
 
 
-def _lone_apart(words: Words) -> Words:
-    """Return words with 6 and 7 for single bounces on a semicircle; the last symbol precedes the first."""
-    same = words == np.roll(words, 1, axis=1)
-    return np.where(same | np.roll(same, -1, axis=1), words, _LONE[words])
-
-
 def act_on_words(element: int, words: Words) -> Words:
     """Return the images of words, shape (N, p), under one element, reversed if it includes time reversal.
 
@@ -85,7 +79,9 @@ def act_on_words(element: int, words: Words) -> Words:
     mirror ``y`` and time reversal change the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce on a
     semicircle is always written as 1 or 3.
     """
-    image = _TABLES[element][_lone_apart(words)]
+    same = words == np.roll(words, 1, axis=1)
+    lone_apart = np.where(same | np.roll(same, -1, axis=1), words, _LONE[words])
+    image = _TABLES[element][lone_apart]
     return image[:, ::-1] if element & REVERSE else image
 
 

@@ -92,7 +92,6 @@ def check_births(selections: Sequence[Selection], connection: Connection) -> Ite
 class ChangeRow(NamedTuple):
     """A stored birth or death, with the representative of its class."""
 
-    cycle: int
     number: int
     a: float
     error: float
