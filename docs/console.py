@@ -9,7 +9,6 @@ data folder contains the catalogue of ``orbitdb fill --p 11``, unless the page b
 before a block marks special cases:
 
     <!-- not run: why -->    the example is only shown
-    <!-- slow -->            the example is run only if there is time
     <!-- varies -->          numbers in the output are random: only the words must agree
     <!-- times -->           numbers that are not integers are times: everything else must agree
 
@@ -26,10 +25,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 from pages import PAGES, Example, examples
 
@@ -50,7 +49,7 @@ class Session:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.setting = {"ORBITDB_DB": str(folder / CATALOGUE), **_SETTING}
+        self.setting = {"ORBITDB_DB": str(folder / CATALOGUE), "COLUMNS": "80", "PYTHONSAFEPATH": "1"}
         (folder / CATALOGUE).parent.mkdir(parents=True, exist_ok=True)
         self.names: dict[str, Any] = {"__name__": "__main__"}
 
@@ -81,26 +80,10 @@ class Session:
 
     def _here(self, work: Any) -> str:
         screen = io.StringIO()
-        with _settings(self.setting), chdir(self.folder), redirect_stdout(screen), redirect_stderr(screen):
+        setting = patch.dict(os.environ, self.setting)
+        with setting, chdir(self.folder), redirect_stdout(screen), redirect_stderr(screen):
             work()
         return screen.getvalue()
-
-
-_SETTING = {"COLUMNS": "80", "PYTHONSAFEPATH": "1"}
-
-
-@contextmanager
-def _settings(values: Mapping[str, str]) -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in values}
-    os.environ.update(values)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def begin(wanted: list[Example], folder: Path, catalogue: Path) -> Session:

@@ -44,9 +44,9 @@ def studio(tmp_path_factory, catalogue) -> Path:
     return folder
 
 
-def run(page: Path, folder: Path, catalogue: Path, slow: bool) -> list[tuple[pages.Example, str]]:
+def run(page: Path, folder: Path, catalogue: Path) -> list[tuple[pages.Example, str]]:
     """Run the examples of a page; return each with its output."""
-    wanted = [example for example in pages.examples(page) if slow or example.mark != "slow"]
+    wanted = pages.examples(page)
     session = console.begin(wanted, folder, catalogue)
     return [(example, session.run(example)) for example in wanted]
 
@@ -72,17 +72,7 @@ def named(page: Path) -> str:
     ],
 )
 def test_the_examples_of_a_page_show_their_output(page, tmp_path, catalogue):
-    assert wrong(run(page, tmp_path, catalogue, slow=False)) == ""
-
-
-def takes_long(page: Path) -> bool:
-    return any(example.mark == "slow" for example in pages.examples(page))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("page", [*filter(takes_long, pages.PAGES)], ids=named)
-def test_slow_examples_show_their_output(page, tmp_path, catalogue):
-    assert wrong(run(page, tmp_path, catalogue, slow=True)) == ""
+    assert wrong(run(page, tmp_path, catalogue)) == ""
 
 
 PAGE = """
@@ -114,7 +104,7 @@ pip install .
 def test_a_wrong_example_is_found_and_corrected(tmp_path, catalogue):
     page = tmp_path / "page.md"
     page.write_text(PAGE)
-    outputs = run(page, tmp_path, catalogue, slow=False)
+    outputs = run(page, tmp_path, catalogue)
     assert wrong(outputs) == f"11: {pages.examples(page)[2].source}\nlyapunov 9.637918173875862"
     console.rewrite(page, outputs)
     assert page.read_text() == PAGE.replace("9.6478825", "9.637918173875862")

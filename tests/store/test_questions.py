@@ -167,7 +167,9 @@ def as_written(value, name, form):
 
 @pytest.mark.parametrize("form", slow_but(["csv"], ["csv", "jsonl", "parquet"]))
 @given(criteria=CRITERIA, order=ORDERS, limit=LIMITS.filter(lambda limit: limit != 0), names=NAMES)
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=settings().max_examples // 2, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 @example({"p": "2-5", "status": "orbit,geometric"}, "p", None, ("rules", "code", "element", "coordinates"))
 def test_exported_files_agree_with_a_list(asked, tmp_path, form, criteria, order, limit, names):
     catalogue, rows = asked
