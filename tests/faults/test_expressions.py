@@ -9,13 +9,11 @@ from collections.abc import Callable
 from typing import cast
 
 import pytest
-from contents import alter
 from processes import start
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.store import where as asking
 from orbitdb.store.file import reading
-from orbitdb.store.schema import LONG
 from orbitdb.store.selection import Selection, SelectionError
 
 ENDLESS = "WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) SELECT count(*) FROM n"
@@ -165,23 +163,3 @@ def test_ctrl_c_is_not_mistaken_for_a_refusal(filled, name, code, told):
     _, err = process.communicate(timeout=60)
     assert process.returncode == code
     assert err == f"orbitdb: {told}\n"
-
-
-@pytest.mark.slow
-def test_words_of_a_million_bounces_can_be_queried(tmp_path):
-    """The limit on texts allows the longest possible words, in any column and order."""
-    path = tmp_path / "orbits.db"
-    catalogue = Catalogue.create(path)
-    word, reverse = "1" * 500_000 + "3" * 500_000, "1" * 500_000 + "5" * 500_000
-    alter(
-        path,
-        "INSERT INTO run VALUES (1, '', '', '', 0)",
-        "INSERT INTO stadium VALUES (1, 1.6)",
-        f"INSERT INTO cycle VALUES ({LONG}, 1000000, '{word}', 2, 0, 'pair', '1', '{word}{reverse}')",
-        f"INSERT INTO orbit VALUES (1, {LONG}, 'orbit', zeroblob(8000000), 9, 9, 1, 0, 0, 0, 0, 0, 0, 4, "
-        "'newton', 1)",
-    )
-    chosen = Selection(contains="13", where="length > 8 AND code <> representative || 'x'")
-    columns = ("code", "representative", "length")
-    (row,) = catalogue.rows(chosen, columns=columns, order="representative desc,code")
-    assert row == (word, word, 9.0)

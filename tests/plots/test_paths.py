@@ -94,7 +94,7 @@ def test_a_path_has_arrows_and_numbers_unless_it_is_long(ax, rng, p, a):
 @pytest.mark.slow
 def test_as_many_wall_labels_are_shown_as_fit_without_touching(ax):
     counts = set()
-    for a in np.geomspace(0.02, 50, 60).tolist():
+    for a in np.geomspace(0.02, 50, 30).tolist():
         ax.clear()
         paths.draw_orbit(ax, Stadium(a), Stadium(a).outline()[:3])
         ax.figure.draw_without_rendering()
