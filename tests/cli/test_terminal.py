@@ -88,12 +88,12 @@ def well_behaved(session: Session) -> None:
 
 
 def on_screens_as_in_files(commands, quiet, tmp_path: Path, widths=(80,), **variables: str) -> None:
-    """Check that screens end up with exactly what files get. `commands` show a bar, `quiet` ones do not."""
+    """Check that screens end up with exactly what files get. `commands` may show a bar, `quiet` ones do not."""
     both = [*commands, *quiet]
     screens = {f"s{columns:03}": runs_of(both, tmp_path / f"s{columns:03}", columns) for columns in widths}
     runs = {"both": runs_of(both, tmp_path / "both", 80, "oe"), **screens}
     sessions = iter(run_several_in_terminal([*chain.from_iterable(runs.values())], **variables))
-    codes = []
+    codes, with_bar = [], set[int]()
     for run in runs["both"]:
         found = next(sessions)
         assert not found.raw
@@ -106,8 +106,10 @@ def on_screens_as_in_files(commands, quiet, tmp_path: Path, widths=(80,), **vari
             assert session.code == code, session.text
             expected = there(runs["both"][number].out).read_text().replace("/both/", f"/{name}/")
             assert same("".join(session.lines)) == same(expected), run
-            assert session.had_bar == (number < len(commands)), run
             assert session.erased, run
+            with_bar |= {number} if session.had_bar else set()
+    assert with_bar  # not of every command: a quick one may end before its bar is drawn
+    assert with_bar <= set(range(len(commands)))
 
 
 def test_a_fill_and_two_queries_show_on_screen_what_files_get(varied, tmp_path):
