@@ -261,6 +261,10 @@ ON_SCREEN = 40
 Periods = Annotated[
     str | None, typer.Option("--p", metavar="PERIODS", help="Periods, such as 11, 2-8 or 2,3,5-7.")
 ]
+MOST_JOBS = 1024
+
+_JOBS = "Number of worker processes [default: one per core if there is enough work]."
+Jobs = Annotated[int | None, count_option("--jobs", least=1, most=MOST_JOBS, help=_JOBS)]
 Classes = Annotated[bool, typer.Option("--classes", help="One row per symmetry class: its representative.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")]
 

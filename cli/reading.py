@@ -1,4 +1,4 @@
-"""Helpers for commands that read a catalogue: codes, the values of a, notes on gaps, and rows in order."""
+"""Helpers for commands with a catalogue: codes, the values of a, notes on gaps, and rows in order."""
 
 import heapq
 import sys
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from orbitdb import __version__
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli.options import Asked, Choice, HalfLengths, many_a, named
-from orbitdb.cli.output import note, repeats
+from orbitdb.cli.output import note, progress, repeats
 from orbitdb.columns import IN_CATALOGUE, Row
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path
@@ -22,6 +22,7 @@ from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
     from orbitdb.store.connection import Moment
+    from orbitdb.store.file import Migration
     from orbitdb.store.rows import Chosen
     from orbitdb.store.selection import Selection
 
@@ -96,6 +97,17 @@ def _note_rotations(chosen: "Selection") -> None:
     check(chosen.where, dict(chosen.parameters))
     if (advice := hint(chosen.where)) is not None:
         note(advice)
+
+
+def bring(path: Path) -> "Migration":
+    """Create a catalogue, or upgrade an older one to the latest schema and say so."""
+    from orbitdb.store.file import migrate
+
+    with progress("updating the catalogue to the latest schema"):
+        done = migrate(path)
+    if 0 < done.before < done.after:
+        note(f"{path}: schema {done.before} -> {done.after}")
+    return done
 
 
 def known_catalogue(db: Path) -> Path | None:

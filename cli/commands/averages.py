@@ -9,8 +9,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import Choice, many_a
 from orbitdb.cli.output import Output, note, progress, write_facts
-from orbitdb.cli.reading import reading
-from orbitdb.cli.storing import bring
+from orbitdb.cli.reading import bring, reading
 from orbitdb.text import concise, exact, with_error
 
 if TYPE_CHECKING:

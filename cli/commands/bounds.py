@@ -12,7 +12,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import HalfLengths
 from orbitdb.cli.output import Output, note, progress
-from orbitdb.cli.storing import Jobs, bring
+from orbitdb.cli.reading import bring
 from orbitdb.errors import StoreError
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def bounds(
     prove: Annotated[
         bool, typer.Option("--prove", help="Check every decision in ball arithmetic; use only proved ones.")
     ] = False,
-    jobs: Jobs = None,
+    jobs: options.Jobs = None,
     store: Annotated[
         bool | None, typer.Option(help="Save the bounds in the catalogue [default: if there is one].")
     ] = None,

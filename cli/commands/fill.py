@@ -1,7 +1,12 @@
 """``orbitdb fill``, ``sweep`` and ``births``: orbits, sums over them, and their births."""
 
+import logging
+import os
 import time
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from itertools import zip_longest
 from operator import attrgetter
 from pathlib import Path
@@ -10,25 +15,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Database, HalfLength, takes_only
+from orbitdb.cli.options import MOST_JOBS, Database, HalfLength, Jobs, count_option, refuse_idle, takes_only
 from orbitdb.cli.output import Output, code_text, note, progress
-from orbitdb.cli.reading import given_codes, primitive
-from orbitdb.cli.storing import (
-    DryRun,
-    Highest,
-    Jobs,
-    Lowest,
-    Solvers,
-    SomeHighest,
-    announce,
-    asked_periods,
-    bring,
-    written,
-)
+from orbitdb.cli.reading import bring, given_codes, primitive
 from orbitdb.errors import InputError
-from orbitdb.text import exact, several
+from orbitdb.text import exact, gigabytes, several
 
 if TYPE_CHECKING:
+    from orbitdb.filling.estimate import Need
+    from orbitdb.filling.workers import Workers
     from orbitdb.store.connection import Moment
 
 
@@ -48,6 +43,91 @@ EXAMPLES = {
     ),
     "births": ("births --p 11", "births --json", "births --deaths"),
 }
+
+
+_HIGHEST = typer.Option("--p", metavar="PERIODS", help="The highest period, or periods such as 2-8.")
+Highest = Annotated[str, _HIGHEST]
+SomeHighest = Annotated[str | None, _HIGHEST]
+Lowest = Annotated[int, count_option("--from", help="The lowest period.")]
+"""`asked_periods` reads --p and --from together."""
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")]
+
+
+@dataclass(frozen=True)
+class Solvers:
+    """The options that say where to solve: in local processes, or on a dask cluster."""
+
+    jobs: Jobs = None
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS|FILE", help="Solve on the dask cluster with this scheduler (address or file)."
+        ),
+    ] = None
+
+    def __post_init__(self) -> None:
+        if self.scheduler is not None and self.jobs is not None:
+            raise InputError("--jobs is for local processes; a dask cluster has its own: leave out --jobs")
+
+    def number(self) -> int:
+        """Return the number of processes that estimates assume; for a cluster, the maximum."""
+        from orbitdb.filling.workers import number_of
+
+        return MOST_JOBS if self.scheduler else number_of(self.jobs)
+
+    @contextmanager
+    def cluster(self) -> "Iterator[Workers | None]":
+        """Connect to the dask cluster, if one is given; yield it, or None."""
+        if self.scheduler is None:
+            yield None
+            return
+        from orbitdb.filling.cluster import Cluster
+
+        with _quiet_dask(), Cluster(os.path.expanduser(self.scheduler)) as cluster:
+            workers, threads = cluster.size()
+            size = f"{several(workers, 'worker')} with {several(threads, 'thread')}"
+            note(f"{self.scheduler}: {size if workers else 'no workers yet; waiting for the first'}")
+            yield cluster
+
+
+@contextmanager
+def _quiet_dask() -> Iterator[None]:
+    """Keep dask's log off stderr; the command reports failures in one line."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        logging.disable()
+        try:
+            yield
+        finally:
+            logging.disable(logging.NOTSET)
+
+
+def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]:
+    """Return the periods of --p and --from in ascending order; refuse periods that cannot be filled."""
+    from orbitdb.store.selection import fillable, periods_up_to
+
+    if "-" in p[1:] or "," in p:
+        refuse_idle(context, f"with --p {p}", "first")
+    spans = periods_up_to(p, first)
+    periods = fillable(spans)
+    if not periods:
+        raise InputError(f"--from {first} is above --p {p}: give --from {p} or less")
+    return periods
+
+
+def written(periods: Sequence[int]) -> str:
+    """Format periods given in ascending order, as a range if there is no gap."""
+    gapless = 1 < len(periods) == periods[-1] - periods[0] + 1
+    return f"{periods[0]}..{periods[-1]}" if gapless else ", ".join(map(str, periods))
+
+
+def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
+    """Write a note with the estimate for a large fill or sweep; with --dry-run, for any."""
+    from orbitdb.filling.estimate import LARGE, about
+
+    if dry_run or coming.words >= LARGE:
+        room = f" and {gigabytes(coming.bytes)}" if coming.bytes else ""
+        note(f"{span}: {several(coming.words, 'word')} to solve, {about(coming.seconds)}{room}, in {db}")
 
 
 def fill(

@@ -9,7 +9,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import Parities, SomeRange, read_range
 from orbitdb.cli.output import Output, note, progress
-from orbitdb.cli.storing import Jobs, bring
+from orbitdb.cli.reading import bring
 from orbitdb.errors import InputError
 from orbitdb.text import several
 
@@ -31,7 +31,7 @@ def levels(
     ] = "elements",
     parity: Parities = None,
     a: options.HalfLength = USUAL_A,
-    jobs: Jobs = None,
+    jobs: options.Jobs = None,
     store: Annotated[bool, typer.Option(help="Save the levels in the catalogue.")] = True,
     output: Output,
     db: options.Database,

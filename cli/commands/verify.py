@@ -14,7 +14,6 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import Choice
 from orbitdb.cli.output import Output, note, progress
-from orbitdb.cli.storing import Jobs
 from orbitdb.errors import AlteredError
 from orbitdb.text import several
 
@@ -75,7 +74,7 @@ def verify(
         bool,
         typer.Option("--births", help="Prove that no birth or death is missing between a = 0.02 and 1000."),
     ] = False,
-    jobs: Jobs = None,
+    jobs: options.Jobs = None,
     output: Output,
     db: options.Database,
 ) -> None:

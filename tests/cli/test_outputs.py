@@ -8,7 +8,7 @@ one of the other formats in turn; numbers are equal to the last bit. `test_sessi
 import csv
 import io
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import cycle
 from pathlib import Path
@@ -145,7 +145,7 @@ class Case:
     """A command line and the library call that gives the same."""
 
     line: str
-    call: Callable[[Catalogue], Columns]
+    call: Callable[[Catalogue], Mapping[str, Sequence[Any]]]
     reads: bool = True
     slow: bool = False
 
