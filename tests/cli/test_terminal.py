@@ -88,7 +88,7 @@ def well_behaved(session: Session) -> None:
 
 
 def on_screens_as_in_files(commands, quiet, tmp_path: Path, widths=(80,), **variables: str) -> None:
-    """Check that screens end up with exactly what files get. `commands` may show a bar, `quiet` ones do not."""
+    """Check that screens end up with exactly what files get. `quiet` commands show no bar; others may."""
     both = [*commands, *quiet]
     screens = {f"s{columns:03}": runs_of(both, tmp_path / f"s{columns:03}", columns) for columns in widths}
     runs = {"both": runs_of(both, tmp_path / "both", 80, "oe"), **screens}
