@@ -13,7 +13,6 @@ Appl. Math. 24 (1971) 263.
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,25 +97,19 @@ class Interiors:
         return shift
 
 
-@dataclass(frozen=True, eq=False)
 class _Condensed:
-    """Cells whose rims are joined at their common nodes.
+    """Cells whose rims are joined at their common nodes, without the fixed nodes.
 
-    A vector contains the values at the `size` free nodes of the rims, then the amplitudes of the modes.
+    A vector contains the values at the `size` free nodes of the rims, then the amplitudes of the modes. Each
+    rim node has its index among the free nodes in `node`, shape (E, r); a fixed node has `size` there.
     """
 
-    of: Interiors
-    node: NDArray[np.intp]
-    """Index of each rim node among all free nodes, shape (E, r); `size` for a fixed node."""
-    size: int
-
-    @classmethod
-    def joined(cls, of: Interiors, fixed: Fixed) -> "_Condensed":
-        """Join the rims of the cells and leave out the fixed nodes."""
+    def __init__(self, of: Interiors, fixed: Fixed) -> None:
         points, node = of.grid.points.reshape(*of.scale.shape, 2), of.grid.node.reshape(of.scale.shape)
         node = np.where(fixed(points[:, of.rim]), -1, node[:, of.rim])
         free = np.unique(node[node >= 0])
-        return cls(of, np.where(node < 0, len(free), np.searchsorted(free, node)), len(free))
+        self.of, self.size = of, len(free)
+        self.node = np.where(node < 0, len(free), np.searchsorted(free, node))
 
     def factors(self, shift: float) -> tuple[linalg.SuperLU, int]:
         """Return the factors of the Schur complement at a shift, and the number of eigenvalues below it."""
@@ -169,7 +162,7 @@ def eigenfunctions(of: Interiors, fixed: Fixed, low: float, high: float) -> tupl
     `WorkError` is raised if one is. Each eigenvalue is computed as the energy of its function. If rounding
     leaves open on which side of an end it lies, the count decides.
     """
-    condensed = _Condensed.joined(of, fixed)
+    condensed = _Condensed(of, fixed)
     low, high = of.clear(low, -1), of.clear(high, 1)
     below = condensed.factors(low)[1] if low > 0 else 0
     count = condensed.factors(high)[1] - below

@@ -260,10 +260,10 @@ def test_the_figures_of_levels_show_levels_orbits_and_weyls_law(known, tmp_path,
     classes, _ = answer(path, read_orbits, chosen)
     orbits = orbits_for(stadium, classes, None, np.array([9.0])).at(at)[0]
     np.testing.assert_allclose(named(above, "orbits")[1], orbits)
-    np.testing.assert_allclose(named(below, "orbits, $X = 13$, minus")[1], orbits - weyl(stadium, None)(at))
+    np.testing.assert_allclose(named(below, "orbits, $X = 10$, minus")[1], orbits - weyl(stadium, None)(at))
     np.testing.assert_allclose(named(below, "bouncing balls")[1], family_count(stadium, at, 12.0))
     assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, all parities, k below 9"
-    assert legend(above) == ["levels", "orbits, $X = 13$", "Weyl's law"]
+    assert legend(above) == ["levels", "orbits, $X = 10$", "Weyl's law"]
     assert above.get_lines()[0].get_drawstyle() == "steps-post"
     says(above, "", "levels below $k$")
     says(below, "$kR$", "fluctuation")
