@@ -289,16 +289,13 @@ def complete_folder(path: Path) -> Iterator[Path]:
     Raises `StoreError` if the system refuses to write.
     """
     folder = path.resolve()
-    draft, before = (folder.with_name(f".{folder.name}.{os.getpid()}.{end}") for end in ("part", "old"))
+    draft = folder.with_name(f".{folder.name}.{os.getpid()}.part")
     try:
         with _saving(folder):
             draft.mkdir()
             yield draft
             if folder.exists():
-                os.rename(folder, before)
+                shutil.rmtree(folder)
             os.rename(draft, folder)
     finally:
-        if before.exists() and not folder.exists():
-            os.rename(before, folder)
-        for rest in (draft, before):
-            shutil.rmtree(rest, ignore_errors=True)
+        shutil.rmtree(draft, ignore_errors=True)

@@ -135,11 +135,8 @@ OF_AVERAGES = [
     )
     for average in AVERAGES
     for exponent, unit in zip(EXPONENTS, ("1", "1/radius"), strict=True)
-    for name, part in (
-        (average.of(exponent), ""),
-        (f"{average.of(exponent)}_error", "estimated error of the "),
-    )
-    if name in average.columns
+    for ending, part in (("", ""), ("_error", "estimated error of the "))
+    if (name := average.of(exponent) + ending) in average.columns
 ]
 """The columns that every table of averages has."""
 
@@ -158,21 +155,18 @@ def lyapunov(
         return Result(chosen, {}, (), tuple(notes))
     if cut is not None:
         return _up_to(subset, cut, wanted, notes, tell)
-    reference, facts = best_reference(moment, chosen.a), [subset.selection.describe()]
-    whole = all_orbits(subset.selection)
-    if not whole:
-        pass  # neither trajectories nor exact means are about some of the orbits
-    elif reference is None:
-        a = exact(chosen.a)
-        notes.append(f"no trajectory value at a = {exact(chosen.a)}: 'orbitdb simulate --a {a}' computes one")
-    else:
-        means = (f"{name} = {with_error(getattr(reference, name), getattr(reference, f'{name}_error'))}"
-                for name in ("lambda_d", "lambda_c"))  # fmt: skip
-        facts.append(f"trajectories: {', '.join(means)}")
-    columns = averages(subset, wanted, notes)
+    columns, facts = averages(subset, wanted, notes), [subset.selection.describe()]
+    reference = best_reference(moment, chosen.a)
     for name in TRAJECTORIES if reference is not None else ():
         columns[f"{name}_trajectory"] = [getattr(reference, name)] * len(columns["p"])
-    if whole:
+    if all_orbits(subset.selection):  # trajectories and exact means are not about some of the orbits
+        a = exact(chosen.a)
+        if reference is None:
+            notes.append(f"no trajectory value at a = {a}: 'orbitdb simulate --a {a}' computes one")
+        else:
+            means = (f"lambda_d = {with_error(reference.lambda_d, reference.lambda_d_error)}",
+                     f"lambda_c = {with_error(reference.lambda_c, reference.lambda_c_error)}")  # fmt: skip
+            facts.append(f"trajectories: {', '.join(means)}")
         facts.append(_without_orbits(chosen.a))
     return Result(subset.selection, columns, tuple(facts), tuple(filter(None, notes)))
 

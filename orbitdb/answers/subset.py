@@ -60,16 +60,13 @@ class Subset:
     p, class_size, walls : ndarray of int, shape (N,)
         Period, number of words in the symmetry class, and number of straight bounces; the last two are 0 for
         words without a class.
-    length, lyapunov, margin, residual, error, length_error, lyapunov_error : ndarray, shape (N,)
-        As in `orbitdb.orbits.status.Orbits`; length and margin in units of the radius.
-    area, area_error : ndarray, shape (N,)
-        Area that one traversal encloses, anticlockwise positive, and a bound on its error, in radius^2.
+    length, lyapunov, margin, residual, error, length_error, lyapunov_error, area, area_error : ndarray, (N,)
+        As in `Orbits`; length and margin in units of the radius, the enclosed area in radius^2.
     born, dies : ndarray, shape (N,)
-        The values of a at the first birth and death; NaN if the orbit exists from a = 0 on or never dies, or
-        if the births of its period are not stored.
+        The values of a at the first birth and death; NaN if there is none, or if it is not stored.
     coordinates : ndarray, shape (sum of p,), or None
-        Coordinates of all words, one word after another (see `of_period`); NaN for words that have none. None
-        unless you asked for coordinates.
+        Coordinates of all words, one word after another (see `of_period`), if you asked for them; NaN for
+        words that have none.
     unfilled : str or None
         A line that names the chosen periods that are not filled or lack births.
     filled : tuple of int
@@ -147,10 +144,7 @@ class Subset:
     def __getitem__(self, rows: int | np.integer[Any]) -> Orbit: ...
     @overload
     def __getitem__(self, rows: slice | Sequence[int] | NDArray[Any]) -> "Subset": ...
-
-    def __getitem__(
-        self, rows: int | np.integer[Any] | slice | Sequence[int] | NDArray[Any]
-    ) -> "Orbit | Subset":
+    def __getitem__(self, rows: Any) -> "Orbit | Subset":
         """Return one word as an orbit, or a subset for a slice, an array of indices or a mask."""
         if isinstance(rows, str):
             raise TypeError(f"rows are indexed by number, not by {rows!r:.40}: ask the catalogue for words")
@@ -162,11 +156,11 @@ class Subset:
     def _part(self, places: Places) -> "Subset":
         if np.array_equal(places, np.arange(len(self))):
             return self
-        of_rows: dict[str, Any] = {name: getattr(self, name)[places] for name in OF_ROWS}
+        parts: dict[str, Any] = {name: getattr(self, name)[places] for name in OF_ROWS}
         if self.coordinates is not None:
-            parts = [self.coordinates_of(place) for place in places.tolist()]
-            of_rows["coordinates"] = np.concatenate([np.zeros(0), *parts])
-        return replace(self, **of_rows, total=len(self) if self.total is None else self.total)
+            of_words = (self.coordinates_of(place) for place in places.tolist())
+            parts["coordinates"] = np.concatenate([np.zeros(0), *of_words])
+        return replace(self, **parts, total=len(self) if self.total is None else self.total)
 
     def _orbit(self, n: int) -> Orbit:
         """Return word n as an orbit, without `exists`; coordinates that were not read are read when asked."""
@@ -181,15 +175,8 @@ class Subset:
             coordinates = partial(_read_coordinates, self.path, word, a)
         values: dict[str, Any] = {name: str(getattr(self, name)[n]) for name in _SHARED_TEXTS}
         values |= {name: finite(getattr(self, name)[n]) for name in NUMBERS}
-        return Orbit(
-            code=word,
-            a=a,
-            status=status,
-            class_size=int(self.class_size[n]),
-            coordinates=coordinates,
-            stored=True,
-            **values,
-        )
+        values |= {"class_size": int(self.class_size[n]), "coordinates": coordinates}
+        return Orbit(code=word, a=a, status=status, stored=True, **values)
 
     @property
     def maslov(self) -> Integers:
@@ -250,13 +237,12 @@ class Subset:
         """
         classless = (self.representative == "").tolist()
         for name in (*WRITTEN, "born", "dies"):
+            values: Any = self.codes if name == "code" else getattr(self, name, None)
+            kind = kind_of(name)
             if name == "rules":
                 pairs = zip(self.codes.tolist(), classless, strict=True)
                 yield name, [list(rules_of(word)) if no else [] for word, no in pairs]
-                continue
-            values: Any = self.codes if name == "code" else getattr(self, name, None)
-            kind = kind_of(name)
-            if name == "a":
+            elif name == "a":
                 yield name, np.full(len(self), self.selection.a)
             elif kind == "text":
                 yield name, _texts(values)
@@ -271,8 +257,7 @@ class Subset:
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the rows as a pandas data frame (extra ``pandas``).
 
-        Codes remain strings. Missing texts and integers are NA, missing numbers NaN. The coordinates of each
-        row, if they were read, are an array or None.
+        Missing texts and integers are NA, missing numbers NaN. Coordinates, if they were read, are arrays.
         """
         pd = load("pandas", "to_pandas()", "pandas")
         table: dict[str, Any] = {}
@@ -330,18 +315,8 @@ class Subset:
     ) -> "Axes":
         """Plot bounces in phase space, the number of orbits up to each length, or a sheet (extra ``plot``).
 
-        Parameters
-        ----------
-        kind : str, optional
-            A sheet shows each orbit in its own picture. The phase space needs coordinates
-            (``select(..., coordinates=True)``).
-        ax : matplotlib.axes.Axes, optional
-            Axes to draw in; by default those of a new figure.
-
-        Raises
-        ------
-        InputError
-            If there are no orbits or no coordinates, or the kind of figure is unknown.
+        A sheet shows each orbit in its own picture. The phase space needs coordinates
+        (``select(..., coordinates=True)``). The axes `ax` are by default those of a new figure.
         """
         if kind not in ("phase space", "lengths", "sheet"):
             raise InputError(f"kind {kind!r}: draw the 'phase space', the 'lengths' or a 'sheet'")

@@ -1,12 +1,15 @@
 """A wrong type or value gives one clear line, before anything is done."""
 
 import inspect
+from typing import Any
 
 import numpy as np
 import pytest
 
-import orbitdb
+import orbitdb as orbitdb_
 from orbitdb import Catalogue, InputError
+
+orbitdb: Any = orbitdb_  # so that wrong types can be given
 
 REQUIRED = {"word": "13", "length": 10.4, "low": 1.0, "periods": "2", "p": 2, "a": 1.6, "name": "13"}
 """Values for the parameters that have no default."""
