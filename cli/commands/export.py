@@ -94,10 +94,7 @@ def export(
     if file is None or file == files.STDOUT:
         options.refuse_idle(context, "on stdout", "force")
         if form not in files.TEXT_WRITERS:
-            raise InputError(
-                "name a file, such as orbits.parquet, or write to stdout with --format csv, tsv, json or "
-                "jsonl"
-            )
+            raise InputError("name a file, such as orbits.parquet, or give --format csv, tsv, json or jsonl")
         file, kind = None, form
     else:
         kind = files.form_of(file, form)

@@ -60,6 +60,7 @@ simulate --bounces 1e-1 | 2 | 1e-1
 verify --restarts 1e9 | 2 | --restarts
 fill --p 3 --jobs 0 | 2 | '--jobs': 0 is less than 1
 
+delete --a 1.6 --p 40 --yes | 1 | nothing of period 40 is stored at a = 1.6 in
 query --db '' | 2 | '--db': the path is empty: name a file
 export '' | 2 | '[FILE]': the path is empty
 plot orbit 13 -o '' | 2 | '--output': the path is empty
