@@ -15,7 +15,6 @@ from processes import run, run_several, small_blocks, start, wait_until_ready
 from orbitdb.catalogue import Catalogue
 from orbitdb.filling.resuming import OvertakenError
 from orbitdb.store import connection as connections
-from orbitdb.store.connection import open_to_read, open_to_write
 from orbitdb.store.file import check_file
 from orbitdb.store.schema import SCHEMA_VERSION
 from orbitdb.store.writing import Writer
@@ -39,16 +38,6 @@ def all_end_well(*processes) -> None:
         _, err = process.communicate(timeout=200)
         assert process.returncode == 0, err
         assert len(err.splitlines()) == 1
-
-
-def test_connections_have_the_documented_settings(filled):
-    with closing(open_to_write(filled)) as connection:
-        settings = {name: connection.scalar(f"PRAGMA {name}") for name in (
-            "journal_mode", "synchronous", "foreign_keys", "busy_timeout"
-        )}  # fmt: skip
-    assert settings == {"journal_mode": "wal", "synchronous": 1, "foreign_keys": 1, "busy_timeout": 5000}
-    with closing(open_to_read(filled)) as connection:
-        assert connection.scalar("PRAGMA journal_mode") == "wal"
 
 
 _WRITE = """
@@ -111,24 +100,6 @@ def test_changing_the_journal_mode_waits_for_a_lock(filled, monkeypatch):
             assert connection.scalar("PRAGMA journal_mode") == "wal"
         writer.close()
     assert len(waits) == 1
-
-
-def test_only_locks_are_waited_for_and_only_for_a_time(filled, monkeypatch):
-    monkeypatch.setattr(connections, "BUSY_TIMEOUT", 0.01)
-    asked = []
-    with closing(sqlite3.connect(filled, timeout=0)) as one, closing(sqlite3.connect(filled)) as other:
-
-        def ask(statement: str) -> None:
-            asked.append(statement)
-            one.execute(statement)
-
-        with pytest.raises(sqlite3.OperationalError, match="no such table"):
-            connections.waiting(lambda: ask("SELECT * FROM nowhere"))
-        assert len(asked) == 1
-        other.execute("BEGIN IMMEDIATE")
-        with pytest.raises(sqlite3.OperationalError, match="locked"):
-            connections.waiting(lambda: ask("BEGIN IMMEDIATE"))
-        assert len(asked) > 5
 
 
 @pytest.mark.slow

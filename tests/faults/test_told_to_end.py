@@ -1,6 +1,7 @@
 """SIGTERM and SIGHUP at any moment give at most one line, and leave no process or file behind."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -62,13 +63,17 @@ class Started:
         return [line for line in err.splitlines() if not any(words in line for words in announced)]
 
 
-@pytest.fixture(scope="module")
-def stored(made_once):
+@pytest.fixture
+def stored(made_once, tmp_path):
+    """A catalogue of this test alone, because the journals of others would be beside it."""
+
     def make(path):
         for arguments in (("fill", "--p", "8", "--geometric"), ("births", "--p", "8")):
             assert run(*arguments, "--db", path).returncode == 0
 
-    return made_once("told", make)
+    folder = tmp_path / "stored"
+    folder.mkdir()
+    return Path(shutil.copy(made_once("told", make), folder))
 
 
 def at_a_moment(folder, arguments, catalogue, moment):

@@ -2,17 +2,20 @@
 
 import sqlite3
 from contextlib import closing
+from itertools import permutations
 
 import numpy as np
 import pytest
 from contents import alter
+from hypothesis import given
+from hypothesis import strategies as st
 
 from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.errors import InputError, StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.newton import solve
 from orbitdb.store.connection import plain_errors
-from orbitdb.store.selection import Selection, SelectionError, chosen_by, parse_bound
+from orbitdb.store.selection import Selection, SelectionError, chosen_by, parse_bound, parse_bounds
 from orbitdb.store.where import check
 from orbitdb.symbols.words import from_strings
 
@@ -73,6 +76,21 @@ def test_a_subset_is_given_by_criteria_or_a_selection(catalogue):
             call("p = 3")
     with pytest.raises(SelectionError, match="not both"):
         catalogue.select(Selection(), p=3)
+
+
+LOW, HIGH = st.floats(0, 9), st.floats(10, 20)
+ENDS = st.tuples(LOW, HIGH) | st.tuples(LOW, st.none()) | st.tuples(st.none(), HIGH)
+
+
+@given(st.lists(ENDS, min_size=1, max_size=3))
+def test_the_tightest_of_several_bounds_apply(ends):
+    low = max((low for low, _ in ends if low is not None), default=None)
+    high = min((high for _, high in ends if high is not None), default=None)
+    for order in permutations(ends):
+        texts = [
+            f"length={'' if least is None else least}:{'' if most is None else most}" for least, most in order
+        ]
+        assert parse_bounds(texts) == {"length": (low, high)}
 
 
 @pytest.mark.parametrize("text", ["length=:", "length=3", "length=nan:", "length=:x"])
