@@ -49,7 +49,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.extras import Rows as Rows
     from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
     from orbitdb.orbits.exponents import OrbitClasses as OrbitClasses
-    from orbitdb.orbits.newton import existence as existence, solve as solve, solve_word as solve_word
+    from orbitdb.orbits.solve import existence as existence, solve as solve, solve_word as solve_word
     from orbitdb.orbits.orbit import Orbit as Orbit
     from orbitdb.orbits.status import Orbits as Orbits, Status as Status
     from orbitdb.quantum.missing_levels import Assessment as Assessment
@@ -82,7 +82,7 @@ _HOMES = {
     "errors": ("InputError", "StoreError", "WorkError"),
     "orbits.exponents": ("OrbitClasses",),
     "orbits.orbit": ("Orbit",),
-    "orbits.newton": ("existence", "solve", "solve_word"),
+    "orbits.solve": ("existence", "solve", "solve_word"),
     "orbits.status": ("Orbits", "Status"),
     "quantum.missing_levels": ("Assessment",),
     "quantum.levels": ("Levels", "levels"),

@@ -64,7 +64,7 @@ def own_state(tmp_path_factory: pytest.TempPathFactory) -> None:
 def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut periods into many blocks, so that a fill can be stopped between them."""
     from orbitdb.filling.fill import METHODS, Method
-    from orbitdb.orbits.newton import solve
+    from orbitdb.orbits.solve import solve
 
     monkeypatch.setitem(METHODS, "newton", Method(solve, 32))
 

@@ -7,7 +7,7 @@ import pytest
 from orbitdb.billiard import arithmetic
 from orbitdb.billiard.arithmetic import RoundingError, check_functions
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.solve import solve
 from orbitdb.symbols.words import from_strings
 
 EXACT = {"sin": mp.sin, "cos": mp.cos, "arctan": mp.atan, "log": mp.log, "arcsinh": mp.asinh, "tanh": mp.tanh}

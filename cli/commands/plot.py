@@ -208,7 +208,7 @@ def _orbits(codes: Sequence[str], a: float, db: Path) -> "list[Orbit]":
 
 def _followed(code: str) -> "Orbit":
     """Return the orbit of a word with the ranges of a in which it exists; raise if there are none."""
-    from orbitdb.orbits.newton import solve_word
+    from orbitdb.orbits.solve import solve_word
     from orbitdb.store.lookup import with_existence
 
     orbit = with_existence(solve_word(primitive(code), USUAL_A))

@@ -22,8 +22,8 @@ from orbitdb.cli.figures.averages import NOTHING
 from orbitdb.cli.output import code_text, note
 from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.orbits.least_values import least_limit_of_lengths
-from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.solve import solve_word
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.plots import paths
 from orbitdb.plots.curves import short

@@ -9,8 +9,8 @@ import numpy as np
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
-from orbitdb.orbits.newton import solve_word
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.solve import solve_word
 from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.waves import scar_strengths

@@ -18,7 +18,8 @@ from orbitdb.averages.by_period import HIGHEST, PeriodSums
 from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.stadium import SIDE, Stadium, written
 from orbitdb.orbits.exponents import OrbitClasses
-from orbitdb.orbits.newton import certificates, solve
+from orbitdb.orbits.newton import certificates
+from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.pruning import rules_broken

@@ -86,7 +86,7 @@ class Catalogue(QuantumCatalogue):
         stored = self.find(symbols)
         if stored is not None:
             return stored
-        from orbitdb.orbits.newton import solve_word
+        from orbitdb.orbits.solve import solve_word
 
         return solve_word(symbols, self.a)
 

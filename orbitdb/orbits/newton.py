@@ -1,13 +1,11 @@
-"""From words to orbits: Newton's method for the leg directions, of entire batches of words or of one.
+"""From words to orbits: Newton's method for the leg directions of entire batches of words.
 
 The length is strictly concave between the limits of an orbit's directions, and its Hessian is cyclic
 tridiagonal. Newton's method therefore finds the only maximum of every word, whether it is an orbit or leaves
 the stadium. Words that have converged are removed from the batch.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple, overload
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,13 +23,8 @@ from orbitdb.billiard.legs import (
     pressed_directions,
 )
 from orbitdb.billiard.stability import solve_cyclic
-from orbitdb.billiard.stadium import MIN_A, Stadium, as_stadium
-from orbitdb.errors import InputError
-from orbitdb.orbits.orbit import Orbit, pruned_word
-from orbitdb.orbits.status import NUMBERS, Orbits, Status, assess, finite
-from orbitdb.symbols.pruning import need_admissible
-from orbitdb.symbols.symmetry import class_of, class_size, label, time_reversal
-from orbitdb.symbols.words import from_strings, is_primitive, parse, parse_primitive
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.status import Orbits, Status, assess
 
 if TYPE_CHECKING:
     from orbitdb.orbits.balls import Enclosure
@@ -49,153 +42,6 @@ class Directions(NamedTuple):
 
     alpha: Floats  # directions of the legs (radians), shape (m, N)
     iterations: Integers  # number of steps taken, shape (N,)
-
-
-@overload
-def solve(words: Words, stadium: Stadium | float, tolerance: float | None = None) -> Orbits: ...
-
-
-@overload
-def solve(words: str | Sequence[str], stadium: Stadium | float) -> list[Orbit]: ...
-
-
-def solve(
-    words: Words | str | Sequence[str], stadium: Stadium | float, tolerance: float | None = None
-) -> Orbits | list[Orbit]:
-    """Find the orbits of many words.
-
-    Parameters
-    ----------
-    words : sequence of str, or ndarray of uint8, shape (N, p)
-        Primitive words of any periods as texts, or admissible words of one period as an array
-        (`orbitdb.symbols.words.from_strings`), which is much faster.
-    stadium : Stadium or float
-        The stadium, or its half length.
-    tolerance : float, optional
-        For an array: error of the leg directions at which Newton's method stops (radians).
-
-    Returns
-    -------
-    list of Orbit, or Orbits
-        An `Orbit` for each text, as from `solve_word`; for an array, `Orbits`, as arrays. Each word has a
-        status, found in ball arithmetic if doubles cannot decide it.
-
-    Raises
-    ------
-    WordError
-        If a text is not a primitive word, or a word of the array is not admissible.
-    StadiumError
-        If the half length is not valid.
-
-    Examples
-    --------
-    >>> [orbit.p for orbit in solve(["13", "013"], 1.6)]
-    [2, 3]
-    """
-    if isinstance(words, np.ndarray):
-        need_admissible(words)
-        return solve_admissible(words, as_stadium(stadium), TOLERANCE if tolerance is None else tolerance)
-    if tolerance is not None:
-        raise InputError("tolerance is for words given as an array: leave it out")
-    if isinstance(words, str) or not isinstance(words, Iterable):
-        words = [words]
-    return [solve_word(word, stadium) for word in words]
-
-
-def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orbit:
-    """Solve one primitive word of any period, in any rotation.
-
-    Parameters
-    ----------
-    word : str
-        Symbols 0..5 or run notation. Words that are geometrically pruned are not solved.
-    stadium : Stadium or float
-        The stadium, or its half length.
-    exists : bool, optional
-        Also find the ranges of a in which the word is an orbit (`existence`) and store them in
-        `Orbit.exists`; this takes a hundred times as long.
-
-    Returns
-    -------
-    Orbit
-        The orbit, with its coordinates in the order of the word.
-
-    Raises
-    ------
-    WordError
-        If the text is not a word, or is a repetition of a shorter word.
-    StadiumError
-        If the half length is not valid.
-    InputError
-        If ``exists`` is set and the word has more than `LONGEST` bounces.
-
-    Examples
-    --------
-    >>> solve_word("013", 1.6, exists=True).exists
-    ((0.0, None),)
-    """
-    word, stadium = parse_primitive(word), as_stadium(stadium)
-    lives = tuple(existence(word)) if exists else None
-    if (pruned := pruned_word(word, stadium.a)) is not None:
-        return replace(pruned, exists=lives)
-    family = class_of(word)
-    stabiliser = np.array([family.stabiliser], np.uint8)
-    solved = solve_admissible(from_strings([word]), stadium).with_symmetries(stabiliser)
-    numbers: dict[str, Any] = {name: finite(getattr(solved, name)[0]) for name in NUMBERS}
-    status = Status(str(solved.status[0]))
-    is_orbit = status in (Status.ORBIT, Status.BOUNDARY)
-    return Orbit(
-        code=word,
-        representative=family.representative,
-        a=stadium.a,
-        status=status,
-        time_reversal=time_reversal(family.stabiliser),
-        symmetry=label(family.stabiliser),
-        class_size=class_size(family.stabiliser),
-        coordinates=solved.coordinates[0] if is_orbit else None,
-        solver="newton",
-        exists=lives,
-        **(numbers if is_orbit else {"margin": numbers["margin"]}),
-    )
-
-
-LONGEST = 200
-"""Largest number of bounces of a word that is followed as a varies."""
-
-
-def existence(word: str) -> "list[tuple[float, float | None]]":
-    """Find the ranges of a in which a word is an orbit.
-
-    Parameters
-    ----------
-    word : str
-        Symbols 0..5, in any rotation. Pruned words, the family 02 and repetitions have no ranges.
-
-    Returns
-    -------
-    list of (float, float or None)
-        The ranges in ascending order. A range may begin at 0; its end is None if it extends to infinity.
-
-    Raises
-    ------
-    InputError
-        If the text is not a word, or has more than `LONGEST` bounces.
-
-    Examples
-    --------
-    >>> existence("013")
-    [(0.0, None)]
-    """
-    symbols = parse(word)
-    if len(symbols) > LONGEST:
-        raise InputError(
-            f"a word of {len(symbols)} bounces is too long to follow as a varies: give at most {LONGEST}"
-        )
-    if not is_primitive(symbols) or pruned_word(symbols, MIN_A) is not None:
-        return []
-    from orbitdb.orbits.births import find_changes  # it uses this module
-
-    return find_changes(from_strings([class_of(symbols).representative])).lives()[0]
 
 
 def solve_admissible(

@@ -140,7 +140,7 @@ def counts_at(connection: Connection, a: float, p: int) -> "Tally":
     status = np.where(alive, Status.ORBIT, Status.DYNAMICAL).astype(object)
     undecided = np.flatnonzero(np.logical_or.reduceat(near, starts))
     if len(undecided):
-        from orbitdb.orbits.newton import solve  # seldom needed
+        from orbitdb.orbits.solve import solve  # seldom needed
 
         words = from_strings([word_of(number) for number in cycles[undecided].tolist()])
         status[undecided] = solve(words, Stadium(a)).status

@@ -89,7 +89,7 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
             stored = find_word(connection, word, a)
     if stored is not None:
         return stored
-    from orbitdb.orbits.newton import solve_word
+    from orbitdb.orbits.solve import solve_word
 
     return solve_word(word, a)
 
@@ -97,11 +97,11 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
 def with_existence(orbit: Orbit) -> Orbit:
     """Return an orbit with the ranges of a in which it exists, after computing them if necessary.
 
-    The ranges stay unknown for words longer than `orbitdb.orbits.newton.LONGEST`.
+    The ranges stay unknown for words longer than `orbitdb.orbits.solve.LONGEST`.
     """
     if orbit.exists is not None:
         return orbit
-    from orbitdb.orbits.newton import LONGEST, existence
+    from orbitdb.orbits.solve import LONGEST, existence
 
     return orbit if orbit.p > LONGEST else replace(orbit, exists=tuple(existence(orbit.code)))
 

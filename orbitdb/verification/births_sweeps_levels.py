@@ -24,7 +24,8 @@ from orbitdb.billiard.stadium import MAX_A, MIN_A, Stadium
 from orbitdb.orbits.births import signs
 from orbitdb.orbits.exponents import OrbitClasses, Tally
 from orbitdb.orbits.missing_births import Completeness, KnownChange, prove_all
-from orbitdb.orbits.newton import newton, solve
+from orbitdb.orbits.newton import newton
+from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
 from orbitdb.quantum.levels import ROUNDING, windows
 from orbitdb.quantum.weyl import Parity

@@ -28,7 +28,7 @@ from orbitdb.averages.pseudocycles import lyapunov_by_stability
 from orbitdb.billiard.stability import Links, bounce_matrices
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.exponents import OrbitClasses
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.solve import solve
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import primitive_root, to_strings
 

@@ -17,7 +17,7 @@ from orbitdb.benchmarks.stress import (
     small_margins,
 )
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.enumeration import representatives
 

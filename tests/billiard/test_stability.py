@@ -10,7 +10,7 @@ from solutions import real, representatives
 from orbitdb.billiard.legs import Derivatives
 from orbitdb.billiard.stability import Links, bounce_matrices, couplings_of, exponent, forces, hessian
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.solve import solve
 from orbitdb.symbols.words import from_strings, to_strings
 
 VALUES = [0.1, 0.5, 1.6, 5.0]

@@ -27,7 +27,7 @@ from orbitdb.entropy.windows import (
     letters_of,
     reverse,
 )
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
 
 EDGE_WORDS = np.array(

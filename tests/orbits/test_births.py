@@ -19,7 +19,8 @@ from orbitdb.errors import InputError, WorkError
 from orbitdb.orbits import births
 from orbitdb.orbits.births import JOINTS, Changes, events, find_changes
 from orbitdb.orbits.continuation import between, candidates, follow, motion, refine
-from orbitdb.orbits.newton import LONGEST, newton, solve
+from orbitdb.orbits.newton import newton
+from orbitdb.orbits.solve import LONGEST, solve
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.words import from_strings, to_strings
 

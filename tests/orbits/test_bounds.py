@@ -21,7 +21,8 @@ from orbitdb.orbits.least_values import (
     least_length,
     least_limit_of_lengths,
 )
-from orbitdb.orbits.newton import solve, solve_in_doubles, solve_word
+from orbitdb.orbits.newton import solve_in_doubles
+from orbitdb.orbits.solve import solve, solve_word
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.words import from_strings, parse, to_strings
 

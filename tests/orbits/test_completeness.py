@@ -24,7 +24,8 @@ from orbitdb.orbits.missing_births import (
     stretches,
     walk,
 )
-from orbitdb.orbits.newton import newton, solve
+from orbitdb.orbits.newton import newton
+from orbitdb.orbits.solve import solve
 from orbitdb.symbols.words import from_strings
 
 DYING = "010203113"

@@ -14,7 +14,8 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits import balls
 from orbitdb.orbits.ball_path import BallPath
 from orbitdb.orbits.balls import ExactPath, Field, as_orbits, distance, enclose, joins
-from orbitdb.orbits.newton import newton, solve
+from orbitdb.orbits.newton import newton
+from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.words import from_strings, parse, to_strings
 

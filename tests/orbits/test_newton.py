@@ -14,7 +14,8 @@ from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.exponents import exponents
-from orbitdb.orbits.newton import MAX_STEPS, newton, responses, solve, solve_admissible
+from orbitdb.orbits.newton import MAX_STEPS, newton, responses, solve_admissible
+from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import NUMBERS, Status, decide
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.words import from_strings, pack, parse

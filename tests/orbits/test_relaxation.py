@@ -7,8 +7,8 @@ from scipy.integrate import solve_ivp
 
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.orbits.newton import solve
 from orbitdb.orbits.relaxation import STEP, relax, starting_points
+from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.enumeration import representatives
 

@@ -228,7 +228,7 @@ def test_a_notebook_solves_only_orbits_it_draws(catalogue, tmp_path, monkeypatch
     for rest in ("11", "113"):
         fill_word(path, "13" * 99 + rest, 1.6)
     assert Catalogue(path).select(p=200)._repr_html_().count("<svg") == 4
-    monkeypatch.setattr("orbitdb.orbits.newton.solve_word", None)
+    monkeypatch.setattr("orbitdb.orbits.solve.solve_word", None)
     assert "<svg" not in Catalogue(path).select(p=201)._repr_html_()
     assert "<svg" not in catalogue.select(p=5, status="dynamical")._repr_html_()
     assert "<svg" in catalogue.select(p=3, status="orbit", coordinates=True)._repr_html_()

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.errors import InputError, StoreError
 from orbitdb.extras import load
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.solve import solve
 from orbitdb.store.connection import plain_errors
 from orbitdb.store.selection import Selection, SelectionError, chosen_by, parse_bound, parse_bounds
 from orbitdb.store.where import check

@@ -9,7 +9,7 @@ from solutions import words_of
 
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.pruning import rules_broken, rules_of
 from orbitdb.symbols.symmetry import (

@@ -14,7 +14,7 @@ from there import there
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
-from orbitdb.orbits.newton import solve, solve_word
+from orbitdb.orbits.solve import solve, solve_word
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.ensemble import Arcs, advance
 from orbitdb.trajectories.trajectory import Rays, bounce, trace_points, trace_start, trajectory

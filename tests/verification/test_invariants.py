@@ -9,7 +9,7 @@ from there import there
 
 from orbitdb.billiard.stability import Links, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Orbits
 from orbitdb.verification.orbits import check_consistency, with_bounds
 

@@ -8,7 +8,7 @@ from quick import slow_but
 from solutions import representatives
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits
 from orbitdb.symbols.symmetry import class_of
 from orbitdb.symbols.words import from_strings, parse, to_strings

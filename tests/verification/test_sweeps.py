@@ -15,7 +15,7 @@ from there import there
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.fill import fill_births, fill_periods
 from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.orbits.newton import solve
+from orbitdb.orbits.solve import solve
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection, chosen_by
 from orbitdb.verification.births_sweeps_levels import check_births, check_sweeps, prove_lives, whole_births

@@ -19,7 +19,7 @@ from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.stored import NONE, Kept, Ordering
-from orbitdb.orbits.newton import solve_word
+from orbitdb.orbits.solve import solve_word
 from orbitdb.store.file import Reader
 from orbitdb.store.selection import Selection
 

@@ -17,7 +17,7 @@ from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.orbit_panel import change_between, next_a, next_change
 from orbitdb.cli.tui.stored import CatalogueFile
 from orbitdb.filling.fill import fill_periods
-from orbitdb.orbits.newton import solve_word
+from orbitdb.orbits.solve import solve_word
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
