@@ -61,13 +61,14 @@ class Workers:
         """
         left, begun = iter(blocks), deque[Any]()
         while True:
-            begun.extend(map(self._begin, islice(left, self._ahead() + 1 - len(begun))))
+            more = max(0, self._ahead() + 1 - len(begun))
+            begun.extend(map(self._begin, islice(left, more)))
             if not begun:
                 return
             yield self._result(begun.popleft())
 
     def _ahead(self) -> int:
-        """Return how many blocks may be in progress besides the one whose result is yielded next."""
+        """Return how many blocks besides the next result's may be in progress; this may change."""
         return 0
 
     def _begin(self, block: Task[Any]) -> Any:

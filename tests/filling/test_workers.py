@@ -22,7 +22,7 @@ from orbitdb.entropy.proof import Proof
 from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.fill import METHODS, cut_into_blocks, fill_periods, solve_block
 from orbitdb.filling.sweeps import solve_swept
-from orbitdb.filling.workers import HERE, Processes, Task, cores
+from orbitdb.filling.workers import HERE, Processes, Task, Workers, cores
 from orbitdb.orbits.births import find_changes
 from orbitdb.store.file import migrate
 from orbitdb.symbols.enumeration import Span
@@ -70,6 +70,12 @@ def test_results_come_in_order_and_few_blocks_run_ahead():
         given_up = workers.solved(iter(slow))
         assert next(given_up) == 0
         assert list(workers.solved(slow[:4])) == [0, 1, 2, 3]  # not those of the work given up
+
+
+def test_results_come_in_order_while_workers_come_and_go(monkeypatch):
+    sizes = iter([4, 2, 0, 0, 7])
+    monkeypatch.setattr(Workers, "_ahead", lambda self: next(sizes, 1))
+    assert list(Workers().solved(partial(int, n) for n in range(20))) == [*range(20)]
 
 
 def test_a_dead_worker_ends_the_work_with_one_line():
