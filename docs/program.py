@@ -194,7 +194,7 @@ def keys() -> str:
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.counts_screen import CountsScreen
     from orbitdb.cli.tui.main_screen import MainScreen
-    from orbitdb.cli.tui.paged_table import PagedTable
+    from orbitdb.cli.tui.panels.paged_table import PagedTable
     from orbitdb.cli.tui.screens import ScrollBox
     from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 

@@ -22,8 +22,8 @@ from textual.widgets.option_list import Option
 from orbitdb.answers.completeness import partial_periods
 from orbitdb.arrays import Floats, Integers
 from orbitdb.cli.output import number
-from orbitdb.cli.tui.choices import equals
 from orbitdb.cli.tui.dialogs import ListDialog, NameList
+from orbitdb.cli.tui.panels.choices import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
 from orbitdb.cli.tui.stored import EVERY
 from orbitdb.store.connection import Moment

@@ -14,13 +14,13 @@ from textual.reactive import reactive
 from textual.widgets import Footer, Header, HelpPanel
 
 from orbitdb.cli.output import code_text
-from orbitdb.cli.tui.choices import Choices, View, equals
 from orbitdb.cli.tui.dialogs import FilterDialog
-from orbitdb.cli.tui.drawing import OrbitDrawing
-from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.fill_dialog import FillDialog, Greeting
-from orbitdb.cli.tui.orbit_panel import OrbitPanel
-from orbitdb.cli.tui.rows_panel import RowsPanel
+from orbitdb.cli.tui.panels.choices import Choices, View, equals
+from orbitdb.cli.tui.panels.drawing import OrbitDrawing
+from orbitdb.cli.tui.panels.facts import FactsPanel
+from orbitdb.cli.tui.panels.orbit_panel import OrbitPanel
+from orbitdb.cli.tui.panels.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import OwnScreen, key
 from orbitdb.cli.tui.stored import CatalogueFile, Kept, Ordering
 from orbitdb.errors import InputError

@@ -19,7 +19,7 @@ from orbitdb.answers.whole_periods import read_noted
 from orbitdb.averages.by_period import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import number
-from orbitdb.cli.tui.canvas import Curve, Plot
+from orbitdb.cli.tui.panels.canvas import Curve, Plot
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox
 from orbitdb.errors import InputError
 from orbitdb.store.file import Reader

@@ -18,7 +18,7 @@ from textual.worker import WorkerCancelled
 from there import there
 
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.paged_table import PagedTable
+from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.stored import Row
 from orbitdb.store.selection import Selection
 

@@ -100,7 +100,7 @@ def test_keys_sent_at_once_edit_a_line_in_order(browse):
 
 
 _FAILING = """
-from orbitdb.cli.tui.rows_panel import RowsPanel
+from orbitdb.cli.tui.panels.rows_panel import RowsPanel
 RowsPanel.action_reverse_order = lambda self: 1 / 0
 from orbitdb.cli.main import run
 run()

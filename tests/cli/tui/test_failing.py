@@ -10,12 +10,12 @@ from textual.widgets import OptionList
 from there import there
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.tui import position
 from orbitdb.cli.tui import statistics_screen as statistics
 from orbitdb.cli.tui.counts_screen import CountsScreen
-from orbitdb.cli.tui.drawing import OrbitDrawing
 from orbitdb.cli.tui.export import save_orbit, write_rows
 from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.cli.tui.panels import position
+from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.stored import NONE, Kept, Ordering

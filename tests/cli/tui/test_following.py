@@ -11,10 +11,10 @@ from there import there
 
 from orbitdb.answers.completeness import lacking_births, unfilled
 from orbitdb.cli.tui.dialogs import LineDialog
-from orbitdb.cli.tui.drawing import OrbitDrawing
-from orbitdb.cli.tui.facts import FactsPanel, bar
 from orbitdb.cli.tui.fill_dialog import FillDialog
-from orbitdb.cli.tui.orbit_panel import change_between, next_a, next_change
+from orbitdb.cli.tui.panels.drawing import OrbitDrawing
+from orbitdb.cli.tui.panels.facts import FactsPanel, bar
+from orbitdb.cli.tui.panels.orbit_panel import change_between, next_a, next_change
 from orbitdb.cli.tui.stored import CatalogueFile
 from orbitdb.filling.fill import fill_periods
 from orbitdb.orbits.solve import solve_word

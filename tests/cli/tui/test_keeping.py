@@ -7,8 +7,8 @@ import pytest
 from screens import ask, browsing, press, row_of, screen_lines, shown, table_of
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.tui import choices
 from orbitdb.cli.tui.export import write_rows
+from orbitdb.cli.tui.panels import choices
 from orbitdb.cli.tui.stored import EVERY, USUAL, Kept, Ordering, State
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status

@@ -13,9 +13,9 @@ from textual.widgets import Input
 from there import there
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.tui.canvas import DOTS, Canvas, Curve, draw_curves, joined
-from orbitdb.cli.tui.drawing import MOST_DRAWN, along, draw_orbit, draw_phase, path_of, phase_points
-from orbitdb.cli.tui.facts import parts_of
+from orbitdb.cli.tui.panels.canvas import DOTS, Canvas, Curve, draw_curves, joined
+from orbitdb.cli.tui.panels.drawing import MOST_DRAWN, along, draw_orbit, draw_phase, path_of, phase_points
+from orbitdb.cli.tui.panels.facts import parts_of
 from orbitdb.orbits.solve import solve_word
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of, members

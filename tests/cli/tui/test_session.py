@@ -13,19 +13,19 @@ from textual.widgets import Input
 from there import there
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.tui import position
 from orbitdb.cli.tui.app import BrowseApp
-from orbitdb.cli.tui.choices import Choices
 from orbitdb.cli.tui.counts_screen import CountsScreen
 from orbitdb.cli.tui.dialogs import LineDialog, NameList
-from orbitdb.cli.tui.drawing import OrbitDrawing
-from orbitdb.cli.tui.facts import FactsPanel, facts_of, parts_of
 from orbitdb.cli.tui.fill_dialog import FillState, Wish, cost_of, fill_wish
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.orbit_panel import OrbitPanel
-from orbitdb.cli.tui.paged_table import PagedTable
-from orbitdb.cli.tui.position import Position
-from orbitdb.cli.tui.rows_panel import RowsPanel
+from orbitdb.cli.tui.panels import position
+from orbitdb.cli.tui.panels.choices import Choices
+from orbitdb.cli.tui.panels.drawing import OrbitDrawing
+from orbitdb.cli.tui.panels.facts import FactsPanel, facts_of, parts_of
+from orbitdb.cli.tui.panels.orbit_panel import OrbitPanel
+from orbitdb.cli.tui.panels.paged_table import PagedTable
+from orbitdb.cli.tui.panels.position import Position
+from orbitdb.cli.tui.panels.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import QuestionDialog, ScrollBox
 from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.stored import Ordering

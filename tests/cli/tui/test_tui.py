@@ -16,11 +16,11 @@ from textual.widgets import Input
 from there import there
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.tui.drawing import OrbitDrawing
 from orbitdb.cli.tui.export import Export, save_orbit, write_rows
-from orbitdb.cli.tui.facts import FactsPanel
 from orbitdb.cli.tui.fill_dialog import FillDialog, parse_wish
 from orbitdb.cli.tui.main_screen import MainScreen
+from orbitdb.cli.tui.panels.drawing import OrbitDrawing
+from orbitdb.cli.tui.panels.facts import FactsPanel
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.stored import Ordering
 from orbitdb.errors import InputError

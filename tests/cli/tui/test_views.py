@@ -11,7 +11,7 @@ from textual import events
 
 import orbitdb
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.tui.choices import View, both, equals
+from orbitdb.cli.tui.panels.choices import View, both, equals
 from orbitdb.cli.tui.stored import Ordering, known_columns
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection, chosen_by

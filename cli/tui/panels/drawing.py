@@ -9,7 +9,7 @@ from textual.timer import Timer
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.tui.canvas import DOTS, Canvas, Line, PictureWidget
+from orbitdb.cli.tui.panels.canvas import DOTS, Canvas, Line, PictureWidget
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.text import exact
 

@@ -9,7 +9,7 @@ from rich.text import Text
 from textual.reactive import reactive
 from textual.widget import Widget
 
-from orbitdb.cli.tui.paged_table import PagedTable
+from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import Pages
 from orbitdb.store.query import first_where, position_of

@@ -12,8 +12,8 @@ from textual.reactive import reactive
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.cli.output import code_text, repeats
 from orbitdb.cli.tui.dialogs import LineDialog, describe_code
-from orbitdb.cli.tui.drawing import OrbitDrawing
-from orbitdb.cli.tui.facts import ELEMENT_NAMES, FactsPanel, parts_of
+from orbitdb.cli.tui.panels.drawing import OrbitDrawing
+from orbitdb.cli.tui.panels.facts import ELEMENT_NAMES, FactsPanel, parts_of
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import CatalogueFile
 from orbitdb.errors import StoreError

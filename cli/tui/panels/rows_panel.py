@@ -11,8 +11,8 @@ from textual.widgets import Static
 
 from orbitdb.answers.completeness import lacking_births, partial_periods, unfilled
 from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog
-from orbitdb.cli.tui.paged_table import PagedTable
-from orbitdb.cli.tui.position import Position
+from orbitdb.cli.tui.panels.paged_table import PagedTable
+from orbitdb.cli.tui.panels.position import Position
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, CatalogueFile, Kept, Ordering, Pages, known_columns
 from orbitdb.orbits.orbit import Orbit
