@@ -69,18 +69,6 @@ def certificate_of(connection: Connection, representative: str, a: float) -> tup
     return proof
 
 
-def partners(connection: Connection, representative: str) -> list[tuple[float, list[str]]]:
-    """Return each birth of a class, with the representatives of the other classes born on the same path.
-
-    Classes with another period are left out, such as a shorter word that the word goes round twice.
-    """
-    values = (key(representative), *keys_of_period(len(representative)))
-    by_birth: dict[float, list[str]] = {}
-    for a, word in connection.execute(_PARTNERS, values):
-        by_birth.setdefault(a, []).append(word)
-    return list(by_birth.items())
-
-
 def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
     """Return the orbit of a primitive word from the catalogue, or solve the word if it is not stored."""
     stored = None
@@ -107,11 +95,18 @@ def with_existence(orbit: Orbit) -> Orbit:
 
 
 def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
-    """Return each stored birth of an orbit, with the representatives of the classes born on the same path."""
+    """Return each stored birth of an orbit, with the representatives of the classes born on the same path.
+
+    Classes with another period are left out, such as a shorter word that the orbit goes round twice.
+    """
     if path is None or orbit.p > MAX_KEYED or not orbit.exists:
         return []
-    with reading(path) as connection:
-        return partners(connection, orbit.representative)
+    by_birth: dict[float, list[str]] = {}
+    with reading(path) as moment:
+        values = (key(orbit.representative), *keys_of_period(orbit.p))
+        for a, word in moment.execute(_PARTNERS, values):
+            by_birth.setdefault(a, []).append(word)
+    return list(by_birth.items())
 
 
 WITH_ORBITS = ("fill", "sweep", "orbit")

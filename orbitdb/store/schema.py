@@ -53,12 +53,6 @@ TABLES = {
 """The CREATE statements of the tables, by name; a table comes after those that it refers to."""
 
 
-def comments() -> dict[str, str]:
-    """Return the comment above each table in ``schema.sql``, by name of the table."""
-    matches = re.finditer(r"(?m)((?:^-- .*\n)+)CREATE TABLE (\w+)", _TEXT)
-    return {match[2]: " ".join(line[3:] for line in match[1].splitlines()) for match in matches}
-
-
 REVISIONS = """\
 CREATE TABLE alembic_version (
     version_num VARCHAR(32) NOT NULL,
