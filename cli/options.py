@@ -152,14 +152,15 @@ def named(asked: Asked) -> tuple[float, ...] | None:
 # single options
 
 
-def number_option(
-    *flags: str,
-    help: str,
-    read: Callable[[str], float] = real,
-    offers: Callable[..., list[str]] | None = None,
-) -> Any:
-    """Return an option that takes a number, such as a `half_length`, with optional completion."""
-    return typer.Option(*flags, metavar="NUMBER", parser=_reader(read), help=help, autocompletion=offers)
+def number_option(*flags: str, help: str, read: Callable[[str], float] = real, **more: Any) -> Any:
+    """Return an option that takes a number, such as a `half_length`."""
+    return typer.Option(*flags, metavar="NUMBER", parser=_reader(read), help=help, **more)
+
+
+def a_option(default: str = "") -> Any:
+    """Return the option --a for one half length; the shell offers those that are stored."""
+    text = f"Half length of the straight walls{default}."
+    return number_option("--a", read=half_length, help=text, autocompletion=offered_half_lengths)
 
 
 def count_option(*flags: str, help: str, least: float = -math.inf, most: float = math.inf) -> Any:
@@ -188,6 +189,11 @@ read_path = _reader(home_expanded)
 """Parser for every path that a user gives: ``~`` is the home folder, and an empty path is refused."""
 
 
+def path_option(*flags: str, help: str) -> Any:
+    """Return an option that takes the path of a file."""
+    return typer.Option(*flags, metavar="FILE", parser=read_path, help=help)
+
+
 Database = Annotated[
     Path,
     typer.Option(
@@ -199,18 +205,8 @@ Database = Annotated[
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",
     ),
 ]
-HalfLength = Annotated[
-    float, number_option("--a", read=half_length, help="Half length of the straight walls.")
-]
-StoredHalfLength = Annotated[
-    float | None,
-    number_option(
-        "--a",
-        read=half_length,
-        help="Half length of the straight walls [default: the only one stored, else 1.6].",
-        offers=offered_half_lengths,
-    ),
-]
+HalfLength = Annotated[float, a_option()]
+StoredHalfLength = Annotated[float | None, a_option(" [default: the only one stored, else 1.6]")]
 read_half_lengths = _reader(half_lengths)
 read_all_half_lengths = _reader(lambda text: HalfLengths() if text == ALL else half_lengths(text))
 

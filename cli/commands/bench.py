@@ -36,12 +36,7 @@ def bench(
     p: Annotated[int, options.count_option("--p", least=2, most=13, help="Period of the words.")] = 9,
     picture: Annotated[
         Path | None,
-        typer.Option(
-            "--plot",
-            metavar="FILE",
-            parser=options.read_path,
-            help="Also draw the work-precision diagram (.png, .svg, .pdf).",
-        ),
+        options.path_option("--plot", help="Also draw the work-precision diagram (.png, .svg, .pdf)."),
     ] = None,
     output: Output,
 ) -> None:

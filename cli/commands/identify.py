@@ -48,11 +48,7 @@ def identify(
     ] = None,
     points: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            parser=options.read_path,
-            help="File of bounces, csv or json, one x,y per line; - reads stdin.",
-        ),
+        options.path_option(help="File of bounces, csv or json, one x,y per line; - reads stdin."),
     ] = None,
     length: Annotated[float | None, number_option(help="Length of an orbit, in units of the radius.")] = None,
     tolerance: Annotated[

@@ -58,15 +58,7 @@ def info(*, output: Output, db: options.Database) -> None:
 
 def delete(
     *,
-    a: Annotated[
-        float,
-        options.number_option(
-            "--a",
-            read=options.half_length,
-            help="Half length of the straight walls.",
-            offers=options.offered_half_lengths,
-        ),
-    ],
+    a: Annotated[float, options.a_option()],
     p: options.Periods = None,
     yes: Annotated[bool, typer.Option("--yes", help="Delete without asking.")] = False,
     db: options.Database,

@@ -50,14 +50,7 @@ def plot(
     kind: Annotated[Kind, typer.Argument(metavar="FIGURE", help="One of the figures listed below.")],
     words: options.Words = None,
     output: Annotated[
-        Path,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="FILE",
-            parser=options.read_path,
-            help="Name ending in .png, .svg or .pdf; - writes to stdout.",
-        ),
+        Path, options.path_option("-o", "--output", help="Name ending in .png, .svg or .pdf; - for stdout.")
     ],
     code: options.Codes = None,
     a: options.StoredHalfLengths = None,

@@ -47,15 +47,7 @@ def verify(
             metavar="FOLDER", parser=options.read_path, help="Dataset to check instead of the catalogue."
         ),
     ] = None,
-    a: Annotated[
-        float | None,
-        options.number_option(
-            "--a",
-            read=options.half_length,
-            help="Half length of the straight walls [default: all stored].",
-            offers=options.offered_half_lengths,
-        ),
-    ] = None,
+    a: Annotated[float | None, options.a_option(" [default: all stored]")] = None,
     choice: Choice,
     sample: Annotated[
         int | None, options.count_option(least=1, help="Check only this many classes, drawn at random.")
