@@ -8,7 +8,7 @@ grid; their number must be the same, and they must agree within their errors.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from itertools import groupby
 from typing import Any, NamedTuple
@@ -86,8 +86,11 @@ def check_births(selections: Sequence[Selection], connection: Connection) -> Ite
         yield listed("births", len(rows), [*_wrong_changes(rows), *_wrong_counts(connection, births)])
         for fill in fills:
             if fill["p"] == births.p:
-                label = f"p = {fill['p']} at a = {exact(fill['a'])}"
-                yield single("births", label, _against_fill(connection, fill))
+                tally = vars(counts_at(connection, fill["a"], fill["p"]))
+                counts = {"n_t": tally["words"], **tally, "words": fill["words"]}
+                wrong = {name: count for name, count in counts.items() if count != fill[name]}
+                faults = (f"{name} is {count} according to births" for name, count in wrong.items())
+                yield single("births", f"p = {fill['p']} at a = {exact(fill['a'])}", faults)
 
 
 class ChangeRow(NamedTuple):
@@ -129,13 +132,6 @@ def _wrong_counts(connection: Connection, fill: BirthFill) -> Iterator[str]:
     stored, expected = {"words": counts["words"]}, {"words": count_admissible(fill.p)}
     for fault in differences(vars(fill) | stored, counts | expected):
         yield f"p = {fill.p}: {fault}"
-
-
-def _against_fill(connection: Connection, fill: Mapping[str, Any]) -> Iterator[str]:
-    tally = asdict(counts_at(connection, fill["a"], fill["p"]))
-    for name, value in {"n_t": tally.pop("words"), **tally}.items():
-        if value != fill[name]:
-            yield f"{name} is {value} according to births"
 
 
 def prove_lives(connection: Connection, periods: Iterable[BirthFill]) -> Iterator[Checked]:

@@ -207,10 +207,11 @@ class Verification:
         return data_frame(map(asdict, self.checks)).rename(columns={"name": "check"})
 
 
-def report(steps: Iterable[Checked]) -> list[Check]:
-    """Join the checks of all steps by name, in the order of `PROMISES`."""
+def report(steps: Iterable[Checked], tell: Tell = nobody) -> list[Check]:
+    """Join the checks of all steps by name, in the order of `PROMISES`, and report the progress."""
     joined: dict[str, Check] = {}
     for step in steps:
+        tell(step.done, step.total if step.total > 1 else 0, step.stage)
         for check in step.checks:
             joined[check.name] = joined[check.name].joined(check) if check.name in joined else check
     return [joined[name] for name in PROMISES if name in joined]
@@ -249,13 +250,8 @@ def verified(
             yield from certify(path, selection, sample, seed)
         need_place(path, opened, _REPLACED)
 
-    def shown() -> Iterator[Checked]:
-        for step in going:
-            tell(step.done, step.total if step.total > 1 else 0, step.stage)
-            yield step
-
     with closing(steps()) as going:  # ends its processes if it is interrupted
-        return Verification(tuple(report(shown())))
+        return Verification(tuple(report(going, tell)))
 
 
 _REPLACED = "checked it: give the same command again to check the file you mean"
