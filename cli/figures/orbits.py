@@ -172,8 +172,8 @@ def draw_lengths(moment: Moment, chosen: Selection, *others: Selection) -> Figur
     """
     if others:
         return _compare_lengths(moment, (chosen, *others))
-    note_gaps(moment, chosen)
     classes = whole_periods.read_classes(moment, chosen)
+    note_gaps(moment, chosen)
     if not len(classes):
         raise _nothing(moment, chosen)
     complete = complete_length(read_fills(moment, chosen.a), chosen)
@@ -205,8 +205,8 @@ def _compare_lengths(moment: Moment, subsets: Sequence[Selection]) -> Figure:
     with figure(6.4, 4.2, subsets[0].describe(stadiums)) as made:
         ax = made.add_subplot()
         for chosen, colour in zip(subsets, cycle(INKS.values()), strict=False):
-            note_gaps(moment, chosen)
             classes = whole_periods.read_classes(moment, chosen)
+            note_gaps(moment, chosen)
             if not len(classes):
                 raise _nothing(moment, chosen)
             paths.draw_staircase(ax, classes.length, classes.words, colour, f"$a = {exact(chosen.a)}$")

@@ -25,6 +25,7 @@ query --range length=long: | 2 | length=3:10
 query --where 'p = :x' -P =3 | 2 | name=value
 query 13 --p 3 | 2 | --p | --code
 entropy --status dynamical | 2 | only orbits (and boundary) have | : leave out status dynamical
+plot lengths --status all -o x.svg | 2 | only orbits (and boundary) have
 lyapunov --status all | 2 | only orbits (and boundary) have | : leave out status geometric
 lyapunov --weight x | 2 | 'x' | exp | det
 lyapunov --cut nan | 2 | cut nan | 1000
