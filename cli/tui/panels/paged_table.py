@@ -124,6 +124,7 @@ class PagedTable(ScrollView, can_focus=True):
     def on_resize(self, event: events.Resize) -> None:
         self._measure()
         self._scroll_to_cursor()
+        self._first = 1  # what a narrower window hid may have room now
         self.watch_column(self.column)
 
     def action_move(self, steps: int) -> None:

@@ -258,3 +258,12 @@ async def test_keys_that_arrive_at_once_scroll_as_far_as_single_ones(filled_once
         await hurry(pilot, "pagedown", *"jjj", *"lllh")
         box = app.screen.query_one(ScrollBox)
         assert (box.scroll_x, box.scroll_y) == (2, box.container_size.height + 3)
+
+
+async def test_a_wider_window_has_no_columns_hidden_from_a_narrower_one(filled_once):
+    async with browsing(filled_once) as (app, pilot):
+        await press(pilot, *"lllllll")
+        assert "length" not in headings(app)
+        await pilot.resize_terminal(220, 24)
+        await settle(pilot)
+        assert headings(app)[:4] == ["code", "p▲", "length", "status"]
