@@ -133,7 +133,7 @@ def write_file(path: Path, form: str, columns: Sequence[str], rows: Iterable[Any
     """
     if form in TEXT_WRITERS:
         described = dict(metadata) | {"columns": {name: kind_of(name) for name in columns}}
-        with complete(path) as data, complete(metadata_path(path)) as beside:
+        with complete(path) as data, complete(metadata_path(path), path) as beside:
             with open(data, "w", encoding="utf-8", newline="") as file:
                 count = TEXT_WRITERS[form](file, columns, rows)
             beside.write_text(json.dumps(described, indent=2) + "\n", encoding="utf-8")
@@ -252,11 +252,11 @@ def _saving(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def complete(path: Path) -> Iterator[Path]:
+def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     """Yield a temporary path in the same folder, and rename the file to `path` once it is complete.
 
     A path that cannot be written is refused at once. A link stays: the file to which it leads is replaced
-    and keeps its permissions.
+    and keeps its permissions. Errors name `wanted`, if it is given, instead of `path`.
 
     Raises
     ------
@@ -269,7 +269,7 @@ def complete(path: Path) -> Iterator[Path]:
     target = Path(os.path.realpath(path))
     draft = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
-        with _saving(path):
+        with _saving(wanted or path):
             draft.touch()
             yield draft
             with open(draft, "rb") as file:

@@ -77,7 +77,7 @@ def scars_of(
     """
     if order not in ORDERS:
         raise InputError(f"order {order!r:.40}: use {', '.join(ORDERS)}")
-    if high is not None and not 0 <= low < high:
+    if high is not None and not 0 <= low < high < np.inf:
         raise InputError(f"k from {low:g} to {high:g} is not a range: give the lower end first")
     scars = []
     for parity in parities:
