@@ -2,9 +2,7 @@
 
 The orbits give the i-th level of the list a number x_i, which is not an integer. Its true number n_i
 increases with i and costs (x_i - n_i)^2 / (2 sigma_i^2). Each skipped number costs `MISSING`, each spurious
-level `SPURIOUS`. The distance of two neighbours of the list with m numbers skipped between them costs as much
-as it is unlikely in random matrices (`distance_cost`). Dynamic programming finds the cheapest assignment
-(`numbered`).
+level `SPURIOUS`. Dynamic programming finds the cheapest assignment (`numbered`).
 
 The orbits see a step of the staircase smoothed over several levels, so this puts some missing levels a few
 gaps away from their places. `Filling` then moves all of them together to where the staircase from the orbits
@@ -12,7 +10,7 @@ has them.
 """
 
 import math
-from functools import cache, lru_cache
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -21,18 +19,14 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from orbitdb.arrays import Floats, Integers
-from orbitdb.quantum.level_statistics import goe_variance
 
 MISSING, SPURIOUS = 6.0, 8.0
 """Cost of a missing level, and of a spurious one, which is rarer in practice."""
 
 _BAND = 12
 """Maximum distance between the true number and the expected number of a level."""
-_TAIL = 1.5
-"""Number of standard deviations beyond which the cost of a distance grows linearly."""
-_MOST_SKIPPED = 200
-"""Above this number of skipped levels, the variance of their distance is taken as constant."""
-
+_WIDTH = 2 * _BAND + 2
+"""Number of true numbers to choose from for each level."""
 _PLACED, _PLACED_END = 0.05, 5.0
 """Uncertainty of the excess with which missing levels are placed, and how much more it is at an end."""
 _WAVE, _LARGE = 0.033, 0.5
@@ -54,9 +48,7 @@ _LEAST_SPREAD = 0.08
 _PART = 256
 
 
-def numbered(
-    expected: Floats, sigma: Floats, place: Floats, independent: int = 1, first_free: bool = False
-) -> tuple[Integers, float]:
+def numbered(expected: Floats, sigma: Floats, first_free: bool = False) -> tuple[Integers, float]:
     """Return the true numbers of N levels that have the lowest cost, and this cost.
 
     True numbers are counted from 1 and increase; spurious levels have 0.
@@ -65,91 +57,39 @@ def numbered(
     ----------
     expected, sigma : ndarray, shape (N,)
         Number of each level according to the orbits, not rounded to an integer, and its uncertainty.
-    place : ndarray, shape (N,)
-        Weyl's law at each level; its differences are distances in mean spacings.
-    independent : int, optional
-        Number of independent spectra in the list, 4 if it has levels of all parities.
     first_free : bool, optional
         Whether the list may begin with any number; otherwise numbers below its first level count as missing.
     """
-    count, offset = len(expected), np.arange(2 * _BAND + 2)
     low = np.maximum.accumulate(np.floor(expected).astype(np.int64)) - _BAND
-    number = low[:, None] + offset
+    number = low[:, None] + np.arange(_WIDTH)
     off = (expected[:, None] - number) ** 2 / (2 * sigma[:, None] ** 2)
-    off[number < 1] = np.inf
-    shift, gaps = np.diff(low, prepend=low[0]).tolist(), np.diff(place, prepend=place[0]).tolist()
-    came = np.zeros((count, 2, len(offset)), np.int8)
-    # cost[0, j] is the lowest cost with the last level assigned the j-th number of its band, cost[1, j] with
-    # the last level spurious and this number the last that is settled
-    start = np.where(number[0] >= 0, 0.0 if first_free else MISSING * number[0], np.inf)
-    cost = np.stack([np.full_like(start, np.inf), start])
-    for i in range(count):
-        skipping, counted, spread, rare = _rise(shift[i], independent)
-        true, spurious = cost[:, None] + counted, cost[:, None] + skipping
-        true[0] += _tailed(np.abs(gaps[i] - _RISE - shift[i]) / spread) + rare
-        both = np.stack([true, spurious]).transpose(0, 2, 1, 3).reshape(2, len(offset), -1)
-        came[i] = both.argmin(axis=2)
-        cost = both.min(axis=2)
-        cost[0] += off[i]
-    return _traced(cost, came, low)
-
-
-_RISE = np.subtract.outer(np.arange(2 * _BAND + 2), np.arange(2 * _BAND + 2))
-"""Rises from each number of a band to each number of the next, if the bands are the same."""
+    true = (off <= MISSING + SPURIOUS) & (number > 0)  # otherwise a spurious and a missing level cost less
+    off = np.where(true, off, MISSING + SPURIOUS)
+    came = np.zeros(number.shape, np.int8)
+    # cost[j] is the lowest cost if the j-th number of the band is the last one that is settled
+    cost = np.where(number[0] >= 0, 0.0 if first_free else MISSING * number[0], np.inf)
+    for i, shift in enumerate(np.diff(low, prepend=low[0]).tolist()):
+        skipping, stays = _rises(shift)
+        changed = cost + np.where(stays, SPURIOUS, skipping + off[i, :, None])
+        came[i] = changed.argmin(axis=1)
+        cost = changed.min(axis=1)
+    place, numbers = int(cost.argmin()), np.zeros(len(expected), np.int64)
+    for i in range(len(expected) - 1, -1, -1):
+        before = int(came[i, place])
+        if true[i, place] and number[i, place] > number[max(i - 1, 0), before]:
+            numbers[i] = number[i, place]
+        place = before
+    return numbers, float(cost.min())
 
 
 @lru_cache(maxsize=64)
-def _rise(shift: int, independent: int) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return the costs of the rises from each number of a band to each of the next, which is `shift` higher.
+def _rises(shift: int) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return the costs of skipped numbers, from each number of a band to each of one that is `shift` higher.
 
-    These are the cost if the level is spurious, the cost if it takes the last number, and, for the distance,
-    its standard deviation and a constant.
+    The second result tells where the number stays the same.
     """
-    rise = _RISE + shift
-    variance = neighbour_variance(independent)
-    v = variance[np.clip(rise, 1, _MOST_SKIPPED)]
-    skipping = np.where(rise >= 0, MISSING * rise, np.inf)
-    counted = np.where(rise >= 1, skipping - MISSING, np.inf)
-    return skipping + SPURIOUS, counted, np.sqrt(v), (np.log(v / variance[1]) - 1) / 2
-
-
-def _traced(cost: Floats, came: NDArray[np.int8], low: Integers) -> tuple[Integers, float]:
-    """Trace the cheapest assignment back from the last level; return numbers and cost."""
-    count, _, width = came.shape
-    state = int(cost.argmin())
-    number = np.zeros(count, np.int64)
-    for i in range(count - 1, -1, -1):
-        spurious, place = divmod(state, width)
-        number[i] = 0 if spurious else low[i] + place
-        state = int(came[i, spurious, place])
-    return number, float(cost.min())
-
-
-def distance_cost(gap: float, rise: int, independent: int) -> float:
-    """Return the cost of a distance, in mean spacings, of two levels whose true numbers differ by `rise`.
-
-    Near its mean it is (gap - rise)^2 / (2 v) + ln(v) / 2, up to a constant, where v is the variance.
-    """
-    variance = neighbour_variance(independent)
-    v = float(variance[min(max(rise, 1), _MOST_SKIPPED)])
-    return float(_tailed(abs(gap - rise) / math.sqrt(v))) + (math.log(v / float(variance[1])) - 1) / 2
-
-
-def _tailed(z: float | Floats) -> Floats:
-    """Return z^2 / 2, continued as a straight line beyond `_TAIL`."""
-    inner = np.minimum(z, _TAIL)
-    return np.asarray(inner * (z - inner / 2))
-
-
-@cache
-def neighbour_variance(independent: int) -> Floats:
-    """Return the variances of the distance to the n-th neighbour at index n, in mean spacings.
-
-    They are those of the number of levels in a stretch of length n, minus 1/6 (French, Mello and Pandey, Ann.
-    Phys. 113 (1978) 277), for a given number of independent spectra.
-    """
-    n = np.maximum(np.arange(_MOST_SKIPPED + 1), 1)
-    return np.asarray(independent * goe_variance(n / independent) - 1 / 6)
+    rise = np.subtract.outer(np.arange(_WIDTH), np.arange(_WIDTH)) + shift
+    return np.where(rise >= 1, MISSING * (rise - 1), np.inf), rise == 0
 
 
 class Filling:
@@ -189,7 +129,7 @@ class Filling:
         first_free: bool,
     ) -> None:
         self.k, self.end, self.cutoff = k, end, cutoff
-        self.place, self.density = smooth(k), smooth.deriv()
+        self.density = smooth.deriv()
         self.independent, self.first_free = independent, first_free
         self.sigma = _PLACED * (1 + _PLACED_END * end)
         bounds = np.linspace(0, len(k), math.ceil(np.ptp(k) / _STRETCH) + 1).astype(int).tolist()
@@ -266,8 +206,6 @@ class Filling:
             after = before + low - ndtr(self.cutoff * (self.k[rows, None] - middle))
             cost = ((after**2 - before**2) / (2 * sigma[rows, None] ** 2)).sum(axis=0)
             cost += (0 if low and not self.first_free else MISSING) + _DOUBT * (self.independent - 1)
-            for n, gap in enumerate(np.diff(self.place[near]).tolist()):
-                cost[n] += distance_cost(gap, 2, self.independent) - distance_cost(gap, 1, self.independent)
             if cost.min() < 0:
                 more.append(float(middle[cost.argmin()]))
                 lower += low

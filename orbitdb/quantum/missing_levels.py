@@ -279,8 +279,8 @@ class _Compared:
         filling, sigma = self.filling, _SIGMA * (1 + (_END - 1) * self.end)
         expected, waves = excess + np.arange(1, len(self.k) + 1), np.zeros(len(self.k))
         for _ in range(_ROUNDS):
-            how = filling.place, filling.independent, filling.first_free
-            number, residual, waves = filling.filled(numbered(expected - waves, sigma, *how)[0], excess)
+            number, _ = numbered(expected - waves, sigma, filling.first_free)
+            number, residual, waves = filling.filled(number, excess)
         inner = self.end < _AT_END if (self.end < _AT_END).any() else self.end >= 0
         off = np.where(number > 0, np.minimum(np.abs(residual), 1.0), 1.0)[inner]
         return number, residual, float(np.sqrt((off**2).mean()))

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -15,7 +14,7 @@ from there import there
 from orbitdb import Catalogue, InputError
 from orbitdb.answers.levels import assess_levels, beside, levels_from_orbits, read_orbits
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.level_numbers import MISSING, SPURIOUS, distance_cost, numbered, smoothed
+from orbitdb.quantum.level_numbers import MISSING, SPURIOUS, numbered, smoothed
 from orbitdb.quantum.levels import levels
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, Staircase, staircase
 from orbitdb.quantum.missing_levels import CUTOFF, WIDEST, assess
@@ -230,12 +229,11 @@ def test_the_cheapest_assignment_is_found(data):
     """The reference tries all assignments of a few levels."""
     places = st.floats(0, 5)
     expected = np.sort(np.array(data.draw(st.lists(places, min_size=1, max_size=4))))
-    place = np.sort(np.array(data.draw(st.lists(places, min_size=len(expected), max_size=len(expected)))))
     sigma, free = data.draw(st.floats(0.1, 1)), data.draw(st.booleans())
-    numbers, cost = numbered(expected, np.full(len(expected), sigma), place, first_free=free)
-    tried = [_cost(expected, sigma, place, free, each) for each in _every(len(expected), 7)]
+    numbers, cost = numbered(expected, np.full(len(expected), sigma), free)
+    tried = [_cost(expected, sigma, free, each) for each in _every(len(expected), 7)]
     assert cost == pytest.approx(min(tried))
-    assert _cost(expected, sigma, place, free, numbers.tolist()) == pytest.approx(min(tried))
+    assert _cost(expected, sigma, free, numbers.tolist()) == pytest.approx(min(tried))
 
 
 def _every(count, most, least=0):
@@ -248,16 +246,12 @@ def _every(count, most, least=0):
             yield [first, *rest]
 
 
-def _cost(expected, sigma, place, free, numbers):
+def _cost(expected, sigma, free, numbers):
     """Return the cost of an assignment, in which numbers after the last level do not count as missing."""
     true = [number for number in numbers if number]
     below = min(true, default=1) - 1 if free else 0
     cost = MISSING * (max(true, default=0) - below - len(true)) + SPURIOUS * numbers.count(0)
-    cost += sum((x - n) ** 2 / (2 * sigma**2) for x, n in zip(expected, numbers, strict=True) if n)
-    for n, (low, high) in enumerate(pairwise(numbers)):
-        if low and high:
-            cost += distance_cost(place[n + 1] - place[n], high - low, 1)
-    return cost
+    return cost + sum((x - n) ** 2 / (2 * sigma**2) for x, n in zip(expected, numbers, strict=True) if n)
 
 
 def test_a_catalogue_assesses_levels_and_refuses_bad_lists(catalogue, exact):
