@@ -210,7 +210,8 @@ class BrowseApp(App[None], Working):
         own: dict[str, SystemCommand] = {}
         for active in screen.active_bindings.values():
             binding = active.binding
-            if active.enabled and binding.description and not binding.system:
+            hidden = binding.system or binding.action == "command_palette"  # that shows this list
+            if active.enabled and binding.description and not hidden:
                 title = f"{binding.description} {binding.tooltip}".strip()
                 title = title[:1].upper() + title[1:]
                 run = partial(self.call_later, self.run_action, binding.action, active.node)
