@@ -79,6 +79,7 @@ def test_a_pruned_word_is_found_if_its_status_is_named(catalogue):
         ("iif(p = 3, code('13'), 0) and p < 4", "write code = code"),
         ("code('13'", "incomplete input"),
         ("code(:w)", "-P name=value"),
+        ("load_extension('evil') IS NULL", "it may not load extensions"),
     ],
 )
 def test_a_bad_code_in_a_filter_is_refused(catalogue, where, said):

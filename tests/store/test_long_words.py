@@ -26,3 +26,14 @@ def test_long_words_get_ids_in_order_of_arrival(tmp_path):
 def test_ids_of_long_words_are_above_those_of_all_periods():
     """So counting a period by its range of ids never includes a long word."""
     assert keys_of_period(MAX_KEYED)[1] < LONG
+
+
+def test_words_of_any_length_sort_as_texts(tmp_path):
+    """Words that begin alike are compared beyond the symbols that fit into one number."""
+    catalogue = Catalogue.create(tmp_path / "orbits.db", 1.6)
+    catalogue.fill(
+        "2-3", words=map(parse, ("1^10 3^10", "1^11 3^10", "1^30 5^29", "1^31 5^29", "0^25 1", "001"))
+    )
+    codes = list(catalogue.select(status="all").codes)
+    assert list(catalogue.select(status="all", order="code").codes) == sorted(codes) != codes
+    assert list(catalogue.select(status="all", order="code desc").codes) == sorted(codes)[::-1]
