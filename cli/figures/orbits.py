@@ -127,17 +127,13 @@ def draw_sheet(
     """Draw one orbit of each class of a subset, or only of the first `limit` classes in the given order."""
     chosen = _with_paths(moment, chosen)
     note_gaps(moment, chosen, order=order)
-    first: dict[str, None] = {}
-    for (word,) in rows_of(moment, choose(moment, chosen, order), ("representative",)):
-        first[word] = None
-        if len(first) > limit:
-            break
-    orbits = [orbit for word in [*first][:limit] if (orbit := find_word(moment, word, chosen.a)) is not None]
+    classes = choose(moment, chosen, order, by_class=True)
+    words = rows_of(moment, classes, ("representative",), 0, limit)
+    orbits = [orbit for (word,) in words if (orbit := find_word(moment, word, chosen.a)) is not None]
     drawn = [orbit for orbit in orbits if orbit.points is not None]
     if not drawn:
         raise _nothing(moment, chosen)
-    if len(first) > limit:
-        total = len(choose(moment, chosen).ids)
+    if (total := len(classes)) > limit:
         rest = f"--limit {total} draws them all" if total <= _MOST else "choose fewer to see them all"
         note(f"{limit} of {total} classes are drawn; {rest}")
     return sheet_of(drawn, f"Classes of {chosen.describe()}", size)
@@ -165,29 +161,28 @@ def draw_phase_space(moment: Moment, chosen: Selection) -> Figure:
     return made
 
 
-def draw_lengths(moment: Moment, chosen: Selection, *others: Selection) -> Figure:
+def draw_lengths(moment: Moment, *subsets: Selection) -> Figure:
     """Draw the number of orbits up to length L, and their number per unit length for each period.
 
     If there are subsets at several a, only their numbers up to L are drawn.
     """
+    read = []
+    for chosen in subsets:
+        note_gaps(moment, chosen)
+        read.append(whole_periods.read_classes(moment, chosen))
+        if not len(read[-1]):
+            raise _nothing(moment, chosen)
+    (chosen, *others), (classes, *_) = subsets, read
     if others:
-        return _compare_lengths(moment, (chosen, *others))
-    classes = whole_periods.read_classes(moment, chosen)
-    note_gaps(moment, chosen)
-    if not len(classes):
-        raise _nothing(moment, chosen)
-    complete = complete_length(read_fills(moment, chosen.a), chosen)
+        with figure(6.4, 4.2, chosen.describe([subset.a for subset in subsets])) as made:
+            ax = made.add_subplot()
+            for subset, classes, colour in zip(subsets, read, cycle(INKS.values()), strict=False):
+                paths.draw_staircase(ax, classes.length, classes.words, colour, f"$a = {exact(subset.a)}$")
+        return made
     with figure(6.4, 6.0, chosen.describe()) as made:
         above, below = made.subplots(2, 1, sharex=True)
         paths.draw_staircase(above, classes.length, classes.words)
-        if complete is not None:
-            end = math.floor(complete * 100) / 100
-            label = f"complete, by proof, up to $L = {end:.2f}\\,R$"
-            above.axvline(end, color=ORANGE, linewidth=1, linestyle="--", label=label)
-        limit = least_limit_of_lengths(chosen.a)
-        if chosen.statuses == (Status.ORBIT,) and classes.length.max() > limit:
-            label = rf"infinitely many orbits below $4a + 2\pi = {limit:.2f}\,R$"
-            above.axvline(limit, color=GREY, linewidth=1, linestyle=":", label=label)
+        _draw_ends(above, complete_length(read_fills(moment, chosen.a), chosen), chosen, classes.length.max())
         edges = np.linspace(classes.length.min() - 0.5, classes.length.max() + 0.5, _BINS + 1)
         periods = np.arange(classes.p.min(), classes.p.max() + 2) - 0.5
         orbits, _, _ = np.histogram2d(classes.p, classes.length, [periods, edges], weights=classes.words)
@@ -200,17 +195,16 @@ def draw_lengths(moment: Moment, chosen: Selection, *others: Selection) -> Figur
     return made
 
 
-def _compare_lengths(moment: Moment, subsets: Sequence[Selection]) -> Figure:
-    stadiums = [subset.a for subset in subsets]
-    with figure(6.4, 4.2, subsets[0].describe(stadiums)) as made:
-        ax = made.add_subplot()
-        for chosen, colour in zip(subsets, cycle(INKS.values()), strict=False):
-            classes = whole_periods.read_classes(moment, chosen)
-            note_gaps(moment, chosen)
-            if not len(classes):
-                raise _nothing(moment, chosen)
-            paths.draw_staircase(ax, classes.length, classes.words, colour, f"$a = {exact(chosen.a)}$")
-    return made
+def _draw_ends(ax: Axes, complete: float | None, chosen: Selection, longest: float) -> None:
+    """Draw the length up to which the orbits are complete, and the limit above which none can be."""
+    if complete is not None:
+        end = math.floor(complete * 100) / 100
+        label = f"complete, by proof, up to $L = {end:.2f}\\,R$"
+        ax.axvline(end, color=ORANGE, linewidth=1, linestyle="--", label=label)
+    limit = least_limit_of_lengths(chosen.a)
+    if chosen.statuses == (Status.ORBIT,) and longest > limit:
+        label = rf"infinitely many orbits below $4a + 2\pi = {limit:.2f}\,R$"
+        ax.axvline(limit, color=GREY, linewidth=1, linestyle=":", label=label)
 
 
 def _with_paths(moment: Moment, chosen: Selection) -> Selection:
@@ -241,17 +235,14 @@ _LINE = 0.2
 """Height of a bar with its label, in inches."""
 
 
-def draw_phase(orbits: Sequence[Orbit]) -> Figure:
-    """Draw the bounces of orbits in phase space; the orbits have coordinates and share the same a."""
-    a = orbits[0].a
-    with figure(6.4, 4.0, f"phase space at a = {exact(a)}") as made:
+def draw_phase(orbit: Orbit) -> Figure:
+    """Draw the bounces of an orbit, which must have coordinates, in phase space."""
+    with figure(6.4, 4.0, f"phase space at a = {exact(orbit.a)}") as made:
         ax = made.add_subplot()
-        for orbit, colour, marker in zip(orbits, INKS.values(), "osD^vx", strict=False):
-            assert orbit.arclength is not None and orbit.sine is not None  # noqa: PT018
-            ax.plot(orbit.arclength, orbit.sine, marker, color=colour, markersize=5, label=short(orbit.code))
-        ax.set(
-            xlim=(0, Stadium(a).perimeter), ylim=(-1, 1), xlabel="arc length $s/R$", ylabel=r"$\sin\alpha$"
-        )
+        assert orbit.arclength is not None and orbit.sine is not None  # noqa: PT018
+        ax.plot(orbit.arclength, orbit.sine, "o", color=BLUE, markersize=5, label=short(orbit.code))
+        ends = (0, Stadium(orbit.a).perimeter)
+        ax.set(xlim=ends, ylim=(-1, 1), xlabel="arc length $s/R$", ylabel=r"$\sin\alpha$")
     return made
 
 

@@ -102,7 +102,7 @@ def save_orbit(orbit: Orbit | None, in_phase_space: bool, path: Path) -> str:
     if orbit is None or orbit.points is None:
         raise InputError("there is no orbit to draw")
     if in_phase_space:
-        return save_figure("draw_phase", [[orbit]], path)
+        return save_figure("draw_phase", [orbit], path)
     if path.suffix != ".svg":
         return save_figure("draw_orbit", [orbit], path)
     code = code_text(orbit.code)

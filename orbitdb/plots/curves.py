@@ -198,10 +198,7 @@ def draw_wave(ax: Axes, wave: "Wave", orbit: "Orbit | None" = None) -> None:
     half = np.concatenate([quarter[:, ::-1], quarter], axis=1)
     whole = np.concatenate([half[::-1], half])
     ax.imshow(whole, cmap="Blues", extent=(-1 - a, 1 + a, -1, 1), origin="lower", interpolation="nearest")
-    angle = np.linspace(-np.pi / 2, np.pi / 2, 100)
-    edge_x = np.concatenate([a + np.cos(angle), -a - np.cos(angle), [a]])
-    edge_y = np.concatenate([np.sin(angle), -np.sin(angle), [-1.0]])
-    ax.plot(edge_x, edge_y, color=INK, linewidth=1)
+    ax.plot(*wave.stadium.outline().T, color=INK, linewidth=1)
     if orbit is not None and orbit.points is not None:
         ax.plot(*np.concatenate([orbit.points, orbit.points[:1]]).T, color=ORANGE, linewidth=1)
     ax.set_axis_off()
