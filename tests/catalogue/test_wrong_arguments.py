@@ -59,7 +59,7 @@ def test_no_argument_of_a_wrong_type_gives_a_bare_python_error(catalogue, method
         (lambda c: c.assess("x"), "the levels are no numbers"),
         (lambda c: c.spectrum({}), "lengths {}: give a range"),
         (lambda c: c.select().averages(weight=[]), r"weight = \[\]: give a string"),
-        (lambda c: Catalogue(7.5), r"path = 7\.5: give a path or a string"),
+        (lambda c: orbitdb.Catalogue(7.5), r"path = 7\.5: give a path or a string"),
         (lambda c: orbitdb.solve(7.5, 1.6), "a code is a string"),
         (lambda c: orbitdb.simulate(1.6, 1000, seed=-1), "seed = -1"),
         (lambda c: orbitdb.levels(1.6, "8"), "low = '8': give a number"),
