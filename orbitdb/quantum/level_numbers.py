@@ -132,7 +132,8 @@ class Filling:
         self.density = smooth.deriv()
         self.independent, self.first_free = independent, first_free
         self.sigma = _PLACED * (1 + _PLACED_END * end)
-        bounds = np.linspace(0, len(k), math.ceil(np.ptp(k) / _STRETCH) + 1).astype(int).tolist()
+        count = max(1, math.ceil(np.ptp(k) / _STRETCH))
+        bounds = np.linspace(0, len(k), count + 1).astype(int).tolist()
         self.ends = k[bounds[1:-1]]
         self.stretches = [(slice(*pair), self._waves(slice(*pair), lengths)) for pair in pairwise(bounds)]
 

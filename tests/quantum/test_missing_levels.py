@@ -198,6 +198,7 @@ def test_a_list_of_another_stadium_does_not_fit(catalogue, exact):
     found = catalogue.assess(exact * 1.01, parity="oo")
     assert not found.fits
     assert found.verdict().startswith("the list does not fit a = 1.6, oo: scatter 0.")
+    assert not catalogue.assess([8.0] * 10, parity="oo").fits
     failed = catalogue.assess(exact * 1.02, parity="oo", fit_radius=True)
     assert failed.at_limit or not failed.fits
 
