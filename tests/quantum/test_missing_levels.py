@@ -164,7 +164,7 @@ def test_missing_levels_are_placed_although_the_orbits_are_wrong_near_the_perime
     whole = every[(every > 15) & (every < 22)]
     lost = np.sort(rng.choice(np.arange(3, len(whole) - 3), len(whole) // 20, replace=False))
     found = assess(np.delete(whole, lost), orbits, stadium, window=True)
-    assert (found.first, found.missing) == (np.searchsorted(every, 15) + 1, len(lost))
+    assert (found.first, found.missing) == (int(np.searchsorted(every, 15)) + 1, len(lost))
     places = [n for n, gap in enumerate(np.diff(found.number)) for _ in range(gap - 1)]
     assert np.abs(lost - np.arange(len(lost)) - 1 - places).max() <= 1
 
@@ -198,7 +198,6 @@ def test_a_list_of_another_stadium_does_not_fit(catalogue, exact):
     found = catalogue.assess(exact * 1.01, parity="oo")
     assert not found.fits
     assert found.verdict().startswith("the list does not fit a = 1.6, oo: scatter 0.")
-    assert not catalogue.assess([8.0] * 10, parity="oo").fits
     failed = catalogue.assess(exact * 1.02, parity="oo", fit_radius=True)
     assert failed.at_limit or not failed.fits
 
@@ -262,6 +261,7 @@ def test_a_catalogue_assesses_levels_and_refuses_bad_lists(catalogue, exact):
     assert repr(found).startswith("<2 of 40 levels with k from 0 to")
     assert found.to_pandas()["missing"].tolist() == [1, 1]
     refused = {"energies": exact**2, "Weyl": np.sqrt(exact), "only 5 levels": exact[:5], "above 0": -exact}
+    assert catalogue.assess([8.0] * 10, parity="oo").first == 1  # one level again and again is no error
     for told, k in [*refused.items(), ("above 0", [*exact, math.nan])]:
         with pytest.raises(InputError, match=told):
             catalogue.assess(k, parity="oo")
