@@ -35,7 +35,7 @@ async def _handled(*_: float) -> None:
             return
 
 
-textual.app.wait_for_idle = textual.pilot.wait_for_idle = _handled  # type: ignore[attr-defined]
+textual.app.wait_for_idle = textual.pilot.wait_for_idle = _handled  # type: ignore[attr-defined, assignment]
 
 SMALL, LARGE, TINY = (80, 24), (160, 48), (60, 20)
 
