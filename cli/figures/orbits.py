@@ -166,11 +166,10 @@ def draw_lengths(moment: Moment, *subsets: Selection) -> Figure:
 
     If there are subsets at several a, only their numbers up to L are drawn.
     """
-    read = []
-    for chosen in subsets:
+    read = [whole_periods.read_classes(moment, chosen) for chosen in subsets]
+    for chosen, classes in zip(subsets, read, strict=True):
         note_gaps(moment, chosen)
-        read.append(whole_periods.read_classes(moment, chosen))
-        if not len(read[-1]):
+        if not len(classes):
             raise _nothing(moment, chosen)
     (chosen, *others), (classes, *_) = subsets, read
     if others:

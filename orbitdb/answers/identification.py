@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import starmap
-from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.arrays import Floats
@@ -211,12 +210,11 @@ ORDER BY abs(difference), p, representative LIMIT :limit"""
 
 
 def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
-    """Return a value as a float; raise `InputError` if it is not a number within its limits."""
-    number = isinstance(value, Real) and not isinstance(value, bool)
-    if number and (0 < value <= most or (zero and value == 0)):
-        return float(value)
-    least = "0" if zero else "0 (excluded)"
-    raise InputError(f"{name} {value!s:.40}: give a number from {least} to {most:g}")
+    if not (0 < value <= most or (zero and value == 0)):
+        raise InputError(
+            f"{name} {value:g}: give a number from {'0' if zero else '0 (excluded)'} to {most:g}"
+        )
+    return float(value)
 
 
 def _count(limit: int) -> int:
