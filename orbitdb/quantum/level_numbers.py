@@ -146,15 +146,15 @@ class Filling:
         normal = waves.T @ waves + np.eye(waves.shape[1]) / _WAVE**2
         return np.linalg.solve(np.linalg.cholesky(normal), waves.T).T
 
-    def filled(self, number: Integers, excess: Floats) -> tuple[Integers, Floats, Floats]:
-        """Return the true numbers, the residual with the missing levels filled in, and the waves in it.
+    def filled(self, number: Integers, excess: Floats) -> tuple[Integers, Floats]:
+        """Return the true numbers, and the excess that remains once the missing levels are filled in.
 
         `number` has true numbers from which to begin. `excess` is the number of levels below each k from the
         orbits, minus that of the list smoothed with the same X.
         """
         true = np.flatnonzero(number > 0)
         if not len(true):
-            return number, excess, np.zeros(len(excess))
+            return number, excess
         k, first = self.k[true], int(number[true[0]]) - 1
         missing = np.setdiff1d(np.arange(first + 1, number[true[-1]]), number[true])
         y = np.interp(missing, number[true], k)
@@ -162,14 +162,13 @@ class Filling:
         for _ in range(_TURNS):
             y = self._settled(y, rest - first)
             residual = rest - first - smoothed(self.k, y, self.cutoff)
-            waves = self._fitted(residual)
-            lower, more = self._at_ends(residual - waves, first)
+            lower, more = self._at_ends(residual - self._fitted(residual), first)
             if not more:
                 break
             first, y = first - lower, np.sort([*y, *more])
         number = number.copy()
         number[true] = first + 1 + np.arange(len(true)) + np.searchsorted(y, k)
-        return number, residual, waves
+        return number, residual
 
     def _fitted(self, residual: Floats) -> Floats:
         """Return the waves in a residual."""

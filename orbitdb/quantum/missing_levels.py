@@ -67,9 +67,6 @@ _CERTAIN = 8.0
 _CROWDED = 25.0
 """Largest number of levels within the resolution 1/X of the orbits."""
 
-_ROUNDS = 2
-"""Maximum number of times the levels are numbered and their scatter is estimated."""
-
 
 class Gap(NamedTuple):
     """A place in a list where levels are missing or spurious.
@@ -276,11 +273,9 @@ class _Compared:
 
     def numbered(self, excess: Floats) -> tuple[Integers, Floats, float]:
         """Return the true numbers, the residual of the filled list and its scatter."""
-        filling, sigma = self.filling, _SIGMA * (1 + (_END - 1) * self.end)
-        expected, waves = excess + np.arange(1, len(self.k) + 1), np.zeros(len(self.k))
-        for _ in range(_ROUNDS):
-            number, _ = numbered(expected - waves, sigma, filling.first_free)
-            number, residual, waves = filling.filled(number, excess)
+        expected, sigma = excess + np.arange(1, len(self.k) + 1), _SIGMA * (1 + (_END - 1) * self.end)
+        number, _ = numbered(expected, sigma, self.filling.first_free)
+        number, residual = self.filling.filled(number, excess)
         inner = self.end < _AT_END if (self.end < _AT_END).any() else self.end >= 0
         off = np.where(number > 0, np.minimum(np.abs(residual), 1.0), 1.0)[inner]
         return number, residual, float(np.sqrt((off**2).mean()))
