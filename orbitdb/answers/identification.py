@@ -211,9 +211,8 @@ ORDER BY abs(difference), p, representative LIMIT :limit"""
 
 def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
     if not (0 < value <= most or (zero and value == 0)):
-        raise InputError(
-            f"{name} {value:g}: give a number from {'0' if zero else '0 (excluded)'} to {most:g}"
-        )
+        least = "0" if zero else "0 (excluded)"
+        raise InputError(f"{name} {value!s:.40}: give a number from {least} to {most:g}")
     return float(value)
 
 
