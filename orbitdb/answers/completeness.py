@@ -112,11 +112,9 @@ def gaps(
         counted = {*from_sweeps, *from_births}
         sources = {"counted by a sweep, without stored rows": from_sweeps,
                    "counted from births, without a fill": from_births}  # fmt: skip
-        lines += [
-            f"{written_periods(sorted(periods))} at a = {exact(chosen.a)}: {source}"
-            for source, periods in sources.items()
-            if periods
-        ]
+        for source, periods in sources.items():
+            if shown := sorted(p for p in periods if chosen.includes(p)):
+                lines.append(f"{written_periods(shown)} at a = {exact(chosen.a)}: {source}")
         partial = [p for p in partial_periods(moment, chosen) if p not in counted]
         lines.append(describe_partial(partial, chosen.a, left_out) if partial else None)
         lines.append(unfilled(moment, chosen, counted))

@@ -4,9 +4,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from orbitdb.answers.completeness import Counted, count, gaps
+from orbitdb.answers.completeness import count, gaps
 from orbitdb.answers.results import PROVED, TABLE, Result
 from orbitdb.answers.whole_periods import Periods, WholePeriods, all_orbits, read_noted, with_lower
 from orbitdb.arrays import Integers
@@ -21,6 +21,9 @@ from orbitdb.store.fills import tightest_bounds
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.text import exact
 
+if TYPE_CHECKING:
+    from orbitdb.answers.subset import Subset
+
 _EDGES = 10
 """Edges of the longest windows if no bounds are stored; the search takes at most half a second (small a)."""
 
@@ -28,7 +31,7 @@ _EDGES = 10
 def table(moment: Moment, chosen: Selection) -> Result:
     """Return the paper's Table 1 (`Catalogue.table`)."""
     counted = count(moment, chosen)
-    notes = _gaps(moment, chosen, counted)
+    notes = gaps(moment, chosen, True, counted.from_sweeps, counted.from_births)
     for p in counted.chosen:
         if missing := sorted(of_divisors(p) - counted.tallies.keys()):
             notes.append(f"p = {p}: N also needs p = {', '.join(map(str, missing))} (not filled)")
@@ -40,17 +43,15 @@ def table(moment: Moment, chosen: Selection) -> Result:
     return Result(chosen, columns, () if proved is None else (proved[1],), tuple(notes))
 
 
-def table_of_rows(
-    chosen: Selection, filled: Sequence[int], p: Any, status: Any, representative: Any
-) -> Result:
+def table_of_rows(subset: "Subset") -> Result:
     """Return the paper's Table 1 for rows that were already read (`Subset.table`)."""
     tallies = {}
-    for order in filled:
-        of_period, least = status[p == order], representative[p == order]
-        orbits = of_period == Status.ORBIT.value
-        apart = (int((of_period == kind.value).sum()) for kind in (Status.BOUNDARY, Status.UNRESOLVED))
-        tallies[order] = Tally(len(of_period), int(orbits.sum()), len(set(least[orbits].tolist())), *apart)
-    return Result(chosen, _table(filled, tallies), (chosen.describe(),))
+    for p in subset.filled:
+        status, least = subset.status[subset.p == p], subset.representative[subset.p == p]
+        orbits, *apart = (status == kind.value for kind in (Status.ORBIT, Status.BOUNDARY, Status.UNRESOLVED))
+        others = (int(marks.sum()) for marks in apart)
+        tallies[p] = Tally(len(status), int(orbits.sum()), len(set(least[orbits].tolist())), *others)
+    return Result(subset.selection, _table(subset.filled, tallies), (subset.selection.describe(),))
 
 
 def _table(periods: Sequence[int], tallies: Mapping[int, Tally]) -> dict[str, list[Any]]:
@@ -77,7 +78,7 @@ def entropy(moment: Moment, chosen: Selection) -> Result:
         return Result(chosen, {}, (), tuple(notes)) if subset is None else entropy_of_rows(subset, notes)
     orbits, wide = replace(chosen, statuses=(Status.ORBIT,)), with_lower(chosen)
     counted = count(moment, Selection(wide.a, wide.periods))
-    notes = _gaps(moment, chosen, counted)
+    notes = gaps(moment, chosen, True, counted.from_sweeps, counted.from_births)
     periods = Periods(orbits, wide, counted.chosen)
     if not periods.shown:
         return Result(chosen, {}, (), tuple(notes or [f"no {orbits.describe()}"]))
@@ -105,14 +106,6 @@ def _entropy(periods: Periods, cycles: Integers, notes: list[str]) -> dict[str, 
     columns |= standing(estimates.p, zeta, every_period, periods.periods)
     notes += periods.notes(estimates)
     return periods.rows_of(columns)
-
-
-def _gaps(moment: Moment, chosen: Selection, counted: Counted) -> list[str]:
-    """Return notes on the chosen periods that are missing, partial, or counted without a fill."""
-    swept, born = (
-        [p for p in periods if chosen.includes(p)] for periods in (counted.from_sweeps, counted.from_births)
-    )
-    return gaps(moment, chosen, left_out=True, from_sweeps=swept, from_births=born)
 
 
 def _uncounted(moment: Moment, chosen: Selection) -> list[str]:

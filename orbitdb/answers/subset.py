@@ -304,7 +304,7 @@ class Subset:
         from orbitdb.answers.entropy import table_of_rows
 
         self._need_words()
-        return table_of_rows(self.selection, self.filled, self.p, self.status, self.representative)
+        return table_of_rows(self)
 
     def _need_words(self) -> None:
         if self.by_class:

@@ -201,9 +201,8 @@ def read_noted(
     Return None if the chosen periods contain no orbit. Notes on what is left out are added to `notes`.
     """
     subset = read_whole(moment, chosen, swept, lower)
-    swept_periods = [p for p in subset.swept if chosen.includes(p)]
-    notes += gaps(moment, chosen, left_out=True, from_sweeps=swept_periods)
-    if not {*subset.classes.p.tolist(), *swept_periods}.isdisjoint(subset.shown):
+    notes += gaps(moment, chosen, left_out=True, from_sweeps=subset.swept)
+    if not {*subset.classes.p.tolist(), *subset.swept}.isdisjoint(subset.shown):
         return subset
     if text := nothing(moment, subset.selection, swept=bool(subset.swept)):
         notes.append(text)
