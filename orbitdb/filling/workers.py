@@ -5,19 +5,20 @@ Results come in the order of the blocks. The number of blocks in progress is lim
 
 import os
 import pickle
+import shutil
 import signal
 import sys
 import threading
-import weakref
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
-from itertools import count, islice
-from multiprocessing import connection, get_context, parent_process, resource_tracker
+from itertools import islice
+from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
-from traceback import format_exception
+from pathlib import Path
+from tempfile import NamedTemporaryFile, TemporaryDirectory, gettempdir
 from types import ModuleType
 from typing import Any, Self, TypeAlias, TypeVar
 
@@ -83,9 +84,10 @@ HERE = Workers()
 
 
 class Processes(Workers):
-    """Context manager that solves blocks in processes that it starts, and kills after use.
+    """Context manager that solves blocks in processes that it starts, and ends at once after use.
 
-    Each process has a pipe of its own. If it dies, even while it sends a result, its pipe ends.
+    Results come as files in a temporary folder. If a process died while it sent a long result through its
+    pipe, Python's pool would wait for the rest of it for ever.
 
     Parameters
     ----------
@@ -95,77 +97,54 @@ class Processes(Workers):
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
-        self._processes: list[BaseProcess] = []
-        self._unsolved: dict[Connection, int] = {}  # number of blocks that each process has
-        self._numbers, self._last = count(), -1
-        self._answers: dict[int, tuple[Any, Exception | None]] = {}
-        self._end = weakref.finalize(self, _kill, self._processes, self._unsolved)  # at the latest at exit
 
     def __enter__(self) -> Self:
+        """Start the processes now, because that takes a few tenths of a second."""
+        self._folder = TemporaryDirectory(prefix="orbitdb-", ignore_cleanup_errors=True)
         context = get_context("spawn")
-        with _apart():
-            for _ in range(self.jobs):
-                pipe, far_end = context.Pipe()
-                process = context.Process(target=_serve, args=(far_end,), daemon=True)
-                process.start()
-                far_end.close()
-                self._processes.append(process)
-                self._unsolved[pipe] = 0
+        self._staying, self._stay = context.Pipe(duplex=False)
+        with _apart():  # it starts Python's tracker of resources
+            self._pool = ProcessPoolExecutor(self.jobs, context, _begin, (self._staying, self._folder.name))
+        for _ in range(self.jobs):
+            self._begin(int)
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._end()
-
-    def solved(self, blocks: Iterable[Task[Answer]]) -> Iterator[Answer]:
-        """Yield the results of the blocks in order; drop those of an earlier call that was given up."""
-        self._last = next(self._numbers)
-        self._answers.clear()
-        return super().solved(blocks)
+        """End all processes without waiting for blocks in progress."""
+        self._stay.close()
+        self._pool.shutdown(cancel_futures=True)
+        self._staying.close()
+        self._folder.cleanup()
 
     def _ahead(self) -> int:
         return AHEAD * self.jobs
 
-    def _begin(self, block: Task[Any]) -> int:
-        """Send a block to the process that has the fewest; return its number."""
-        number, pipe = next(self._numbers), min(self._unsolved, key=self._unsolved.__getitem__)
-        with _alive():
-            pipe.send((number, block))
-        self._unsolved[pipe] += 1
-        return number
+    def _begin(self, block: Task[Any]) -> Future[str]:
+        with _alive(), _apart():  # each call may start a process
+            return self._pool.submit(_solve, block, self._folder.name)
 
-    def _result(self, begun: int) -> Any:
-        while begun not in self._answers:
-            ready = connection.wait([*self._unsolved])
-            for pipe in (pipe for pipe in self._unsolved if pipe in ready):
-                with _alive():
-                    number, answer = pipe.recv()
-                self._unsolved[pipe] -= 1
-                if number > self._last:
-                    self._answers[number] = answer
-        answer, error = self._answers.pop(begun)
-        if error is not None:
-            raise error
+    def _result(self, begun: Future[str]) -> Any:
+        with _alive():
+            path = Path(begun.result())
+        answer = pickle.loads(path.read_bytes())
+        path.unlink()
         return answer
 
 
 @contextmanager
 def _alive() -> Iterator[None]:
-    """Say that a process died if its pipe ends."""
+    """Say what to do if a process died, or could not write its result."""
     try:
         yield
-    except (EOFError, OSError):
+    except BrokenProcessPool:
         raise WorkError(
             "a worker process died; nothing stored is lost, and the same command continues from there: "
             "if memory is short, use fewer processes with --jobs"
         ) from None
-
-
-def _kill(processes: Iterable[BaseProcess], pipes: Iterable[Connection]) -> None:
-    for process in processes:
-        process.kill()
-        process.join()
-    for pipe in pipes:
-        pipe.close()
+    except OSError as error:
+        raise WorkError(
+            f"results cannot be kept in {gettempdir()} ({error.strerror}): free some room, or set TMPDIR"
+        ) from error
 
 
 _one_at_a_time = threading.Lock()
@@ -190,28 +169,26 @@ def _apart() -> Iterator[None]:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _serve(pipe: Connection) -> None:
-    """Solve blocks in a process until it is killed or its parent ends; signals are left to the parent."""
+def _begin(staying: Connection, folder: str) -> None:
+    """Leave signals to the process that stores the results, and end as soon as it does."""
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    with suppress(EOFError, OSError), ThreadPoolExecutor(1) as sending:
-        while True:
-            number, block = pipe.recv()
-            answer, failure = None, None
-            try:
-                answer = block()
-            except Exception as error:
-                error.add_note("".join(format_exception(error)))
-                failure = error
-            result = pickle.dumps((number, (answer, failure)))
-            sending.submit(pipe.send_bytes, result)  # the next block need not wait until it is read
+    threading.Thread(target=_end, args=(staying, folder), daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    if (parent := parent_process()) is not None:
-        parent.join()
-        os._exit(1)
+def _end(staying: Connection, folder: str) -> None:
+    """End this process when the other end of a pipe is closed, by the other process or by its end."""
+    with suppress(EOFError, OSError):
+        staying.recv()
+    shutil.rmtree(folder, ignore_errors=True)
+    os._exit(1)
+
+
+def _solve(block: Task[Any], folder: str) -> str:
+    """Solve a block; return the path of a file with the result."""
+    with NamedTemporaryFile(dir=folder, delete=False) as file:
+        pickle.dump(block(), file, pickle.HIGHEST_PROTOCOL)
+    return file.name
 
 
 def cores() -> int:
