@@ -6,7 +6,7 @@ import sys
 import threading
 import time
 from functools import partial
-from typing import Self
+from typing import Any, Self
 
 import pytest
 from contents import rows
@@ -123,6 +123,7 @@ def test_a_script_without_a_guard_or_a_file_can_use_processes():
     """Workers do not run the script that started them."""
     script = """
 from functools import partial
+from typing import Any
 from orbitdb.filling.workers import Processes
 with Processes(2) as workers:
     print(list(workers.solved([partial(int, 3), partial(int, 4)])))
