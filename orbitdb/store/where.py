@@ -246,6 +246,12 @@ _CONDITION = re.compile(
 )
 """A call that is not compared with anything, which is not a condition; SQLite would take it as true."""
 
+_BESIDE_NUMBER = (
+    rf"\w\s*(?:{_SIGN}\s*)+\(?\s*(?:{_ITEM}\s*(?:,|\band\b)\s*)*:NAME\b|:NAME\b\s*{_SIGN}\s*\w"
+    r"|[-+*/%]\s*:NAME\b|:NAME\b\s*[-+*/%]"
+)
+"""A name beside a column, or in arithmetic."""
+
 _BETWEEN = re.compile(r"\bbetween\b(?:(?!\band\b).)*$", re.IGNORECASE | re.DOTALL)
 _LARGEST_INTEGER = 2**63
 
@@ -288,13 +294,14 @@ def _compared(sql: str) -> list[str]:
 def parse_parameters(texts: Iterable[str], sql: str) -> dict[str, Value]:
     """Read the values of names in SQL, such as ``cut=0.5`` or ``word=0103``.
 
-    A value in quotes is a text. Digits are a word if the name stands beside a code in the SQL, or if they are
-    not those of an integer; otherwise they are a number.
+    A value in quotes is a text. Digits that could be a word or a number, such as 13, are what they are
+    compared with in the SQL.
 
     Raises
     ------
     SelectionError
-        If a text is not of the form ``name=value``, or the SQL does not have the name.
+        If a text is not of the form ``name=value``, the SQL does not have the name, or digits could be a word
+        or a number.
     """
     values = dict(_parameter(text, sql) for text in texts)
     if idle := values.keys() - set(bound_names(sql)):
@@ -321,4 +328,14 @@ def _parameter(text: str, sql: str) -> tuple[str, Value]:
         return name, number
     if abs(number) >= _LARGEST_INTEGER or (is_word and value.isdigit()):
         return name, value
-    return name, int(value)
+    if len(value) == 1 or not set(value) <= set(SYMBOLS) or _is_number(name, sql):
+        return name, int(value)
+    raise SelectionError(
+        f"-P {text}: this could be a word or a number: write \"{name}='{value}'\" for the word, "
+        f"{name}=+{value} for the number"
+    )
+
+
+def _is_number(name: str, sql: str) -> bool:
+    pattern = _BESIDE_NUMBER.replace("NAME", name)
+    return name not in bound_names(sql) or re.search(pattern, sql, re.IGNORECASE) is not None

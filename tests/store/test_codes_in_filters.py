@@ -129,6 +129,12 @@ def test_words_are_words_and_numbers_are_numbers(given, sql, value):
     assert parse_parameters([given], sql) == {"w": value}
 
 
+@pytest.mark.parametrize("sql", ["substr(code, 1, 2) = :w", "upper(code) = :w", "code = (SELECT :w)"])
+def test_digits_that_could_be_either_are_refused(sql):
+    with pytest.raises(SelectionError, match=r"write \"w='13'\" for the word, w=\+13 for the number"):
+        parse_parameters(["w=13"], sql)
+
+
 def test_a_number_for_a_word_is_refused(catalogue):
     with pytest.raises(SelectionError, match="codes are texts: give it as '13'"):
         catalogue.count(where="code = :w", parameters={"w": 13})
