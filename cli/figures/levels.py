@@ -19,8 +19,7 @@ from orbitdb.cli.given_levels import GivenLevels
 from orbitdb.cli.output import note
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import curves
-from orbitdb.plots.curves import short
-from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure
+from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure, short
 from orbitdb.quantum.level_statistics import (
     FAMILY_TO,
     delta3,

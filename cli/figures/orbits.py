@@ -26,9 +26,8 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.solve import solve_word
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.plots import paths
-from orbitdb.plots.curves import short
 from orbitdb.plots.paths import size_of
-from orbitdb.plots.style import BLUE, GREY, INKS, ORANGE, figure
+from orbitdb.plots.style import BLUE, GREY, INKS, ORANGE, figure, short
 from orbitdb.store.connection import Moment
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import find_word

@@ -13,10 +13,9 @@ from orbitdb.answers.lyapunov import AVERAGES, Average
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.plots.style import BLUE, GREY, INK, INKS, ORANGE, PURPLE
+from orbitdb.plots.style import BLUE, GREY, INK, INKS, ORANGE, PURPLE, short
 from orbitdb.quantum.weyl import weyl
-from orbitdb.symbols.words import run_notation
-from orbitdb.text import exact, shortened
+from orbitdb.text import exact
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
 
 _ROOM = 0.12
 """Margin above and below the values on the vertical axis, in units of their range."""
-_LONGEST = 30
 _EXPONENTS = {
     "lambda_d": r"$\langle \lambda_d \rangle$ (per bounce)",
     "lambda_c": r"$\langle \lambda_c \rangle$ (per length $R$)",
@@ -154,11 +152,6 @@ def times(peak: "Peak") -> str:
     whole, half = divmod(peak.repetitions, 1)
     count = f"{int(whole) or ''}{'½' if half else ''}"
     return short(peak.code) if count == "1" else f"{count} × {short(peak.code)}"
-
-
-def short(code: str) -> str:
-    """Return a code as a label; a long code is written in run notation and, if necessary, shortened."""
-    return code if len(code) <= _LONGEST else shortened(run_notation(code))
 
 
 def draw_levels(ax: Axes, levels: "Levels") -> None:

@@ -13,9 +13,8 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.plots.style import BLUE, FAINT, GREY, INK, look, wrapped
+from orbitdb.plots.style import BLUE, FAINT, GREY, INK, look, short, wrapped
 from orbitdb.plots.svg import number_labels
-from orbitdb.symbols.words import run_notation
 
 Period = tuple[NDArray[np.uint8], Floats, Floats]
 """The orbits of one period: symbols and coordinates, shape (N, p), and lambda per bounce, shape (N,)."""
@@ -35,16 +34,9 @@ _DIGIT = 0.09
 
 
 def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -> None:
-    """Draw an orbit in the stadium, as in the paper's Fig. 1.
+    """Draw an orbit in the stadium, as in the paper's Fig. 1, given its bounces in order, shape (p, 2).
 
-    Parameters
-    ----------
-    ax : Axes
-    stadium : Stadium
-    points : ndarray, shape (p, 2)
-        The bounces in order. They are numbered from 1 if there are at most `MOST_NUMBERED`.
-    colour : str, optional
-        Colour of the path.
+    The bounces are numbered from 1 if there are at most `MOST_NUMBERED`.
     """
     small = ax.get_window_extent().width < _SMALL * ax.figure.dpi
     away, size = (_AWAY / 2, 5) if small else (_AWAY, 9)
@@ -121,19 +113,8 @@ def draw_phase_space(ax: Axes, stadium: Stadium, periods: Iterable[Period]) -> A
     """Draw bounces in phase space: tangential momentum against position along the boundary.
 
     The position is the arc length (`Stadium.arclength`). The momentum is the sine of the angle from the
-    inward normal to the outgoing path, positive anticlockwise.
-
-    Parameters
-    ----------
-    ax : Axes
-    stadium : Stadium
-    periods : iterable of Period
-        The orbits of each period. The colour of a bounce shows the lambda per bounce of its orbit.
-
-    Returns
-    -------
-    PathCollection
-        The dots, to which a colour bar can be added.
+    inward normal to the outgoing path, positive anticlockwise. The colour of a bounce shows the lambda per
+    bounce of its orbit. Return the dots, to which a colour bar can be added.
     """
     drawn = [
         (*birkhoff(stadium, symbols, coordinates), np.repeat(lambda_d, symbols.shape[1]))
@@ -162,17 +143,9 @@ def draw_phase_space(ax: Axes, stadium: Stadium, periods: Iterable[Period]) -> A
 def draw_staircase(
     ax: Axes, length: Floats, count: Integers, colour: str = BLUE, label: str | None = None
 ) -> None:
-    """Draw the number of orbits up to each length.
+    """Draw the number of orbits up to each length, given how many orbits have each one, shape (n,).
 
-    Parameters
-    ----------
-    ax : Axes
-    length : ndarray, shape (n,)
-        Lengths of orbits, in units of the radius and in any order.
-    count : ndarray of int, shape (n,)
-        Number of orbits that have each length.
-    colour, label : str, optional
-        Colour of the line, and its name in the legend.
+    The lengths are in units of the radius and in any order; `label` is the name of the line in the legend.
     """
     order = np.argsort(length, kind="stable")
     ax.step(length[order], np.cumsum(count[order]), where="post", color=colour, label=label)
@@ -221,14 +194,7 @@ def size_of(count: int, a: float) -> tuple[float, float]:
 
 
 def draw_sheet(ax: Axes, orbits: Sequence[Orbit]) -> None:
-    """Draw orbits of the same stadium row by row, in as many columns as fill the axes best.
-
-    Parameters
-    ----------
-    ax : Axes
-    orbits : sequence of Orbit
-        The orbits in the order in which to draw them; each must have coordinates.
-    """
+    """Draw orbits of the same stadium, which have coordinates, in as many columns as fill the axes best."""
     a = orbits[0].a
     box = ax.get_window_extent()
     wide, columns = _width(a), columns_of(len(orbits), a, box.width / box.height)
@@ -252,5 +218,4 @@ def _width(a: float) -> float:
 
 
 def _label(orbit: Orbit) -> str:
-    code = orbit.code if len(orbit.code) <= _LONGEST else f"{run_notation(orbit.code)[:_LONGEST]}..."
-    return f"{code}\n$L = {orbit.length:.4f}$, $\\lambda_d = {orbit.lambda_d:.4f}$"
+    return f"{short(orbit.code, _LONGEST)}\n$L = {orbit.length:.4f}$, $\\lambda_d = {orbit.lambda_d:.4f}$"

@@ -11,6 +11,9 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.textpath import TextPath
 
+from orbitdb.symbols.words import run_notation
+from orbitdb.text import shortened
+
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 """Colours of Okabe and Ito. Curves that differ in colour also differ in shape or line style."""
 INK, GREY, FAINT = "#333333", "#777777", "#bbbbbb"
@@ -76,6 +79,11 @@ def wrapped(text: str, width: float) -> str:
         if all(TextPath((0, 0), plain(line), size=size).get_extents().width <= room for line in lines):
             break
     return plain("\n".join(lines))
+
+
+def short(code: str, most: int = 30) -> str:
+    """Return a code as a label; a long code is written in run notation and, if necessary, shortened."""
+    return code if len(code) <= most else shortened(run_notation(code), most)
 
 
 def plain(text: str) -> str:

@@ -16,7 +16,7 @@ from there import there
 from orbitdb import Stadium, solve_word
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.cli.figures import orbits
-from orbitdb.plots import curves, paths, style
+from orbitdb.plots import paths, style
 from orbitdb.plots.style import BLUE, ORANGE
 
 
@@ -50,9 +50,9 @@ def test_the_reverse_is_drawn_backwards(word, same):
 
 
 def test_titles_abbreviate_long_words():
-    assert curves.short("1" * 29 + "3") == "1" * 29 + "3"
-    assert curves.short("1" * 30 + "3") == "1^30 3"
-    assert curves.short("0102031323" * 4 + "3") == "0102031323" * 3 + "0102031..."
+    assert style.short("1" * 29 + "3") == "1" * 29 + "3"
+    assert style.short("1" * 30 + "3") == "1^30 3"
+    assert style.short("0102031323" * 4 + "3") == "0102031323" * 2 + "0102031..."
 
 
 @pytest.mark.parametrize(("p", "a"), [(2, 1.6), (12, 20), (13, 19), (24, 0.1), (25, 50), (60, 0.6), (61, 1)])
