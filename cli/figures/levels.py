@@ -145,18 +145,12 @@ def draw_rigidity(moment: Moment, chosen: Selection, given: GivenLevels) -> Figu
 
 def draw_wave(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure:
     """Draw psi^2 of the level nearest to the given k, with the orbit, if any, on top."""
-    wave = _nearest(a, k, parity)
-    with figure(7.2, 2.2 + 2.4 / (1 + a), _title(wave, orbit)) as made:
-        curves.draw_wave(made.add_subplot(), wave, orbit)
-    return made
+    return _of_wave(curves.draw_wave, 2.2 + 2.4 / (1 + a), _nearest(a, k, parity), orbit)
 
 
 def draw_husimi(a: float, k: float, parity: Parity, orbit: Orbit | None) -> Figure:
     """Draw the Husimi function of the level nearest to the given k, with the bounces of the orbit, if any."""
-    wave = _nearest(a, k, parity)
-    with figure(7.2, 4.2, _title(wave, orbit)) as made:
-        curves.draw_husimi(made.add_subplot(), wave, orbit)
-    return made
+    return _of_wave(curves.draw_husimi, 4.2, _nearest(a, k, parity), orbit)
 
 
 def _of(parity: Parity | None) -> str:
@@ -174,8 +168,10 @@ def _nearest(a: float, k: float, parity: Parity) -> Wave:
     return min(near, key=lambda wave: abs(wave.k - k))
 
 
-def _title(wave: Wave, orbit: Orbit | None) -> str:
-    level = f"k = {wave.k:.7g}, {wave.parity}, a = {exact(wave.stadium.a)}"
-    if orbit is None:
-        return level
-    return f"{level}; {short(orbit.code)} with strength {wave.strength(orbit):.3f}"
+def _of_wave(draw: Callable[..., None], height: float, wave: Wave, orbit: Orbit | None) -> Figure:
+    title = f"k = {wave.k:.7g}, {wave.parity}, a = {exact(wave.stadium.a)}"
+    if orbit is not None:
+        title += f"; {short(orbit.code)} with strength {wave.strength(orbit):.3f}"
+    with figure(7.2, height, title) as made:
+        draw(made.add_subplot(), wave, orbit)
+    return made

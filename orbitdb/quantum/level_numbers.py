@@ -114,7 +114,9 @@ class Filling:
         The cutoff X of the staircase from the orbits.
     lengths : ndarray, shape (2,)
         Least and largest length of the waves.
-    independent, first_free
+    independent : int
+        Number of independent spectra in the list: 4 if it has levels of all parities, otherwise 1.
+    first_free : bool
         As for `numbered`.
     """
 
