@@ -69,23 +69,14 @@ def write_dataset(
 ) -> str:
     """Write a dataset; return a description of its orbits, or '' if no word of a complete period is chosen.
 
-    Parameters
-    ----------
-    moment : Moment
-    folder : Path
-        The folder to create; it appears only when it is complete.
-    chosen : sequence of Selection
-        One for each a; they differ only in a. They choose the periods, and the words in the tables of orbits;
-        the other tables do not depend on which words are chosen.
-    force : bool, optional
-        Replace a folder that holds a dataset and nothing else.
-    tell : callable, optional
-        Called with the progress.
+    The selections, one for each a, differ only in a. They choose the periods, and the words in the tables of
+    orbits; the other tables do not depend on which words are chosen. The folder appears only when it is
+    complete. With `force`, it may replace a folder that holds a dataset and nothing else.
 
     Raises
     ------
     ExportError
-        If the folder exists, unless it is such a dataset and `force` is true.
+        If the folder exists and is not to be replaced.
     StoreError
         If the disk has too little space, or the folder cannot be written.
     """

@@ -93,10 +93,7 @@ STDOUT = Path("-")
 def form_of(path: Path, form: str | None = None, forms: Sequence[str] = FORMATS) -> str:
     """Return the format of a file: the given one, or the one that its extension names.
 
-    Raises
-    ------
-    ExportError
-        If the format is unknown, or contradicts the extension.
+    Raises `ExportError` if the format is unknown, or contradicts the extension.
     """
     ending = path.suffix.lstrip(".").lower()
     chosen = form or ending
@@ -110,26 +107,10 @@ def form_of(path: Path, form: str | None = None, forms: Sequence[str] = FORMATS)
 
 
 def write_file(path: Path, form: str, columns: Sequence[str], rows: Iterable[Any], metadata: Metadata) -> int:
-    """Write rows to a file that appears only when it is complete; return their number.
+    """Write rows to a file that appears only when it is complete (`complete`); return their number.
 
-    Parameters
-    ----------
-    path : Path
-    form : str
-        One of `FORMATS`.
-    columns : sequence of str
-        Names from `orbitdb.columns`.
-    rows : iterable of sequences
-        Plain Python values; None for a missing value.
-    metadata : mapping
-        Provenance, as values that JSON can represent.
-
-    Raises
-    ------
-    ExportError
-        If the path is a folder or a device, or if the rows do not fit into the format.
-    StoreError
-        If the system refuses to write the file.
+    The format is one of `FORMATS`, and the columns are named as in `orbitdb.columns`. The values are plain,
+    with None for a missing one. The metadata is the provenance, as values that JSON can represent.
     """
     if form in TEXT_WRITERS:
         described = dict(metadata) | {"columns": {name: kind_of(name) for name in columns}}
@@ -187,16 +168,9 @@ def arrow_batch(block: "Sequence[Values]", schema: "pa.Schema") -> "pa.RecordBat
 
 
 def check_target(path: Path, replace: bool = True) -> None:
-    """Raise an error unless a path is a new or, if `replace` is true, an existing ordinary file.
+    """Raise `ExportError` unless a path is a new or, if `replace` is true, an existing ordinary file.
 
-    A catalogue or another SQLite file is never replaced.
-
-    Raises
-    ------
-    ExportError
-        If there is a folder, a device or an SQLite file at the path, or a file that is not to be replaced.
-    StoreError
-        If the folder does not exist, or the path cannot be examined.
+    A catalogue or another SQLite file is never replaced. Raises `StoreError` if there is no such folder.
     """
     try:
         if path.exists() and not path.is_file():
@@ -255,15 +229,9 @@ def _saving(path: Path) -> Iterator[None]:
 def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     """Yield a temporary path in the same folder, and rename the file to `path` once it is complete.
 
-    A path that cannot be written is refused at once. A link stays: the file to which it leads is replaced
-    and keeps its permissions. Errors name `wanted`, if it is given, instead of `path`.
-
-    Raises
-    ------
-    ExportError
-        If the path is a folder, a device or an SQLite file.
-    StoreError
-        If the system refuses to write the file.
+    A path that cannot be written is refused at once (`check_target`). A link stays: the file to which it
+    leads is replaced and keeps its permissions. If the system refuses to write, a `StoreError` names
+    `wanted`, if it is given, instead of `path`.
     """
     check_target(path)
     target = Path(os.path.realpath(path))
