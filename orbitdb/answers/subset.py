@@ -26,7 +26,7 @@ from orbitdb.store.query import choose
 from orbitdb.store.rows import COORDINATES, blocks_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.pruning import rules_of
-from orbitdb.symbols.words import WordError, from_strings, least_rotation, parse
+from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
 from orbitdb.text import several
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from orbitdb.answers.results import Result
+    from orbitdb.answers.whole_periods import WholePeriods
 
 Texts = NDArray[Any]
 """Arrays of strings (`numpy.dtypes.StringDType`)."""
@@ -286,18 +287,14 @@ class Subset:
     def entropy(self) -> "Result":
         """Return the topological entropy of these orbits by period (`Catalogue.entropy`)."""
         from orbitdb.answers.entropy import entropy_of_rows
-        from orbitdb.answers.whole_periods import orbits_of
 
-        self._need_words()
-        return entropy_of_rows(orbits_of(self))
+        return entropy_of_rows(self._whole())
 
     def averages(self, weight: str = "exp") -> "Result":
         """Return the Lyapunov exponents averaged over these orbits by period (`Catalogue.lyapunov`)."""
         from orbitdb.answers.lyapunov import lyapunov_of_rows
-        from orbitdb.answers.whole_periods import orbits_of
 
-        self._need_words()
-        return lyapunov_of_rows(orbits_of(self), weight)
+        return lyapunov_of_rows(self._whole(), weight)
 
     def table(self) -> "Result":
         """Return counts by period as in the paper's Table 1; N_t counts words of any status."""
@@ -305,6 +302,20 @@ class Subset:
 
         self._need_words()
         return table_of_rows(self)
+
+    def _whole(self) -> "WholePeriods":
+        """Return the orbits of the completely filled periods, each as a class with a single word."""
+        from orbitdb.answers.whole_periods import WholePeriods
+        from orbitdb.orbits.exponents import OrbitClasses
+
+        self._need_words()
+        rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
+        least = self.representative[rows].tolist()
+        number = np.array([key(word) if len(word) <= MAX_KEYED else 0 for word in least], dtype=np.int64)
+        classes = OrbitClasses(self.p[rows], np.ones_like(rows), self.length[rows], self.lyapunov[rows],
+                               self.walls[rows], number=number)  # fmt: skip
+        chosen = replace(self.selection, statuses=self.selection.statuses or (Status.ORBIT,))
+        return WholePeriods(chosen, chosen, self.filled, classes=classes, part=self.total is not None)
 
     def _need_words(self) -> None:
         if self.by_class:

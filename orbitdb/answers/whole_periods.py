@@ -5,7 +5,7 @@ Averages use only complete periods, filled or swept; sum rules need all orbits u
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,10 +21,7 @@ from orbitdb.store.connection import Moment
 from orbitdb.store.fills import Sweep, moments_of, read_fills, read_sweeps
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection, SelectionError
-from orbitdb.symbols.words import MAX_KEYED, key, packed, unpack
-
-if TYPE_CHECKING:
-    from orbitdb.answers.subset import Subset
+from orbitdb.symbols.words import packed, unpack
 
 
 def read_classes(moment: Moment, selection: Selection, texts: Sequence[str] = ()) -> OrbitClasses:
@@ -178,19 +175,6 @@ def read_whole(moment: Moment, chosen: Selection, swept: bool = False, lower: bo
     periods = tuple(sorted([*filled, *counted]))
     return WholePeriods(chosen, wide, periods, unborn, classes=classes, swept=counted,
                         moments=moments_of(sweeps))  # fmt: skip
-
-
-def orbits_of(subset: "Subset") -> WholePeriods:
-    """Return the orbits of the completely filled periods of a subset, each as a class with a single word."""
-    rows = np.flatnonzero((subset.status == Status.ORBIT.value) & np.isin(subset.p, subset.filled))
-    least = subset.representative[rows].tolist()
-    number = np.array([key(word) if len(word) <= MAX_KEYED else 0 for word in least], dtype=np.int64)
-    classes = OrbitClasses(subset.p[rows], np.ones_like(rows), subset.length[rows], subset.lyapunov[rows],
-                           subset.walls[rows], number=number)  # fmt: skip
-    chosen = subset.selection
-    if not chosen.statuses:
-        chosen = replace(chosen, statuses=(Status.ORBIT,))
-    return WholePeriods(chosen, chosen, subset.filled, classes=classes, part=subset.total is not None)
 
 
 def read_noted(
