@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from orbitdb.answers.completeness import count, gaps
 from orbitdb.answers.results import PROVED, TABLE, Result
@@ -20,9 +20,6 @@ from orbitdb.store.connection import Moment
 from orbitdb.store.fills import tightest_bounds
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.text import exact
-
-if TYPE_CHECKING:
-    from orbitdb.answers.subset import Subset
 
 _EDGES = 10
 """Edges of the longest windows if no bounds are stored; the search takes at most half a second (small a)."""
@@ -43,15 +40,15 @@ def table(moment: Moment, chosen: Selection) -> Result:
     return Result(chosen, columns, () if proved is None else (proved[1],), tuple(notes))
 
 
-def table_of_rows(subset: "Subset") -> Result:
+def table_of_rows(chosen: Selection, periods: Sequence[int], p: Integers, status: Any, least: Any) -> Result:
     """Return the paper's Table 1 for rows that were already read (`Subset.table`)."""
     tallies = {}
-    for p in subset.filled:
-        status, least = subset.status[subset.p == p], subset.representative[subset.p == p]
-        orbits, *apart = (status == kind.value for kind in (Status.ORBIT, Status.BOUNDARY, Status.UNRESOLVED))
+    for period in periods:
+        own, words = status[p == period], least[p == period]
+        orbits, *apart = (own == kind.value for kind in (Status.ORBIT, Status.BOUNDARY, Status.UNRESOLVED))
         others = (int(marks.sum()) for marks in apart)
-        tallies[p] = Tally(len(status), int(orbits.sum()), len(set(least[orbits].tolist())), *others)
-    return Result(subset.selection, _table(subset.filled, tallies), (subset.selection.describe(),))
+        tallies[period] = Tally(len(own), int(orbits.sum()), len(set(words[orbits].tolist())), *others)
+    return Result(chosen, _table(periods, tallies), (chosen.describe(),))
 
 
 def _table(periods: Sequence[int], tallies: Mapping[int, Tally]) -> dict[str, list[Any]]:

@@ -301,7 +301,7 @@ class Subset:
         from orbitdb.answers.entropy import table_of_rows
 
         self._need_words()
-        return table_of_rows(self)
+        return table_of_rows(self.selection, self.filled, self.p, self.status, self.representative)
 
     def _whole(self) -> "WholePeriods":
         """Return the orbits of the completely filled periods, each as a class with a single word."""
