@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from contents import alter
 from processes import run_several, seeded
 from quick import fuzz_but, slow_but
 
@@ -103,21 +102,3 @@ def test_verify_finds_all_damage_to_checked_rows(filled, harm, times):
             assert checked_rows(broken) == sound
         put(broken, harmed)
         judge(run_several(COMMANDS, broken))
-
-
-def test_rows_with_altered_texts_are_not_exported(own, tmp_path, cli):
-    target = tmp_path / "rows.parquet"
-    last = "p = 5 AND word = (SELECT max(word) FROM cycle WHERE p = 5)"
-    alter(own, "UPDATE pruned SET rules = 'x' WHERE p = 3", f"UPDATE cycle SET symmetry = 'ξ' WHERE {last}")
-    for asked, told in (
-        (
-            ("query", "--status", "geometric", "-c", "code,rules", "--format", "csv"),
-            "was altered: a row of the classes",
-        ),
-        (("export", str(target), "--p", "5", "--coordinates"), "was altered: a row of the classes"),
-    ):
-        outcome = cli(*asked, "--a", "1.6")
-        assert outcome.code == 3
-        assert told in outcome.err
-        assert outcome.err.endswith("'orbitdb verify' shows what is wrong\n")
-    assert not target.exists()
