@@ -7,8 +7,6 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.errors import InputError
-
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Complexes = NDArray[np.complex128]
@@ -24,14 +22,6 @@ Masks = NDArray[np.uint8]
 
 Values = Floats | Sequence[Any]
 """A column: numbers, with NaN for a missing one, or any values, with None for a missing one."""
-
-
-def as_floats(values: Any, help: str) -> Floats:
-    """Return the given values as an array; raise `InputError` with the help text if they are not numbers."""
-    try:
-        return np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(help) from None
 
 
 class Batch:

@@ -8,7 +8,11 @@ from inspect import signature
 from numbers import Integral, Real
 from pathlib import Path
 from types import FunctionType, NoneType, UnionType
-from typing import Any, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 DISK_TROUBLE = {getattr(errno, name, errno.EIO) for name in ("ENOSPC", "EDQUOT", "EFBIG", "EIO")}
 """Error numbers that mean a full or failing disk."""
@@ -22,6 +26,16 @@ def need_whole(name: str, value: object, least: int = 1) -> None:
     """Raise `InputError` unless the value with this name is a whole number and not too small."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
         raise InputError(f"{name} = {value!r:.40}: give a whole number, {least} or more")
+
+
+def as_floats(values: Any, help: str) -> "NDArray[np.float64]":
+    """Return the given values as an array; raise `InputError` with the help text if they are not numbers."""
+    import numpy as np  # late, because messages need no arrays
+
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(help) from None
 
 
 class StoreError(Exception):

@@ -9,9 +9,9 @@ import numpy as np
 
 from orbitdb.answers.completeness import highest_filled
 from orbitdb.answers.whole_periods import read_classes
-from orbitdb.arrays import Floats, as_floats
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, as_floats
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status

@@ -18,9 +18,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from orbitdb.arrays import Floats, as_floats
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, as_floats
 from orbitdb.text import exact, several
 
 if TYPE_CHECKING:

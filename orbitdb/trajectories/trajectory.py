@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from orbitdb.arrays import Floats, Marks, Words, as_floats
+from orbitdb.arrays import Floats, Marks, Words
 from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium, written
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, as_floats
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.text import exact, several
 
