@@ -26,7 +26,7 @@ from orbitdb.store.query import choose
 from orbitdb.store.rows import COORDINATES, blocks_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.pruning import rules_of
-from orbitdb.symbols.words import MAX_KEYED, WordError, from_strings, key, least_rotation, parse
+from orbitdb.symbols.words import WordError, from_strings, key, least_rotation, parse
 from orbitdb.text import several
 
 if TYPE_CHECKING:
@@ -310,8 +310,7 @@ class Subset:
 
         self._need_words()
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
-        least = self.representative[rows].tolist()
-        number = np.array([key(word) if len(word) <= MAX_KEYED else 0 for word in least], dtype=np.int64)
+        number = np.array([key(word) for word in self.representative[rows].tolist()], dtype=np.int64)
         classes = OrbitClasses(self.p[rows], np.ones_like(rows), self.length[rows], self.lyapunov[rows],
                                self.walls[rows], number=number)  # fmt: skip
         chosen = replace(self.selection, statuses=self.selection.statuses or (Status.ORBIT,))
@@ -366,16 +365,9 @@ def read_subset(
         name: np.concatenate(parts.pop(name) or [_array(name, [])]) for name in [*parts]
     }
     fills = [fill.p for fill in read_fills(moment, selection.a) if fill.whole and selection.includes(fill.p)]
-    return Subset(
-        selection,
-        arrays.pop("code"),
-        **arrays,
-        coordinates=places,
-        unfilled=unfilled(moment, selection) or lacking_births(moment, selection),
-        filled=tuple(fills),
-        path=moment.path,
-        by_class=by_class,
-    )
+    missing = unfilled(moment, selection) or lacking_births(moment, selection)
+    return Subset(selection, arrays.pop("code"), **arrays, coordinates=places, unfilled=missing,
+                  filled=tuple(fills), path=moment.path, by_class=by_class)  # fmt: skip
 
 
 def _read_coordinates(path: Path, word: str, a: float) -> Floats | None:
