@@ -130,7 +130,7 @@ class Part(NamedTuple):
         checks: list[Check] = []
         try:
             checks.extend(self.find(connection))
-        except (AlteredError, ValueError) as error:
+        except (AlteredError, TypeError, ValueError) as error:  # damage can make NULL of any value
             what = error.what if isinstance(error, AlteredError) else error
             checks.append(Check("file", 1, 1, first=f"{self.stage}: {what}"))
         return Checked(self.stage, self.done, self.total, tuple(checks))
@@ -176,8 +176,11 @@ def is_chosen(p: int, selections: Sequence[Selection]) -> bool:
 
 
 def by_period(connection: Connection, table: str = "cycle", only: Integers | None = None) -> Ids:
-    """Return the ids in `cycle` or `pruned`, or only the given ones, by period."""
-    query = f"SELECT id, p FROM {table} ORDER BY id"
+    """Return the ids in `cycle` or `pruned`, or only the given ones, by period.
+
+    Damaged periods are left out: SQLite's own check reports them.
+    """
+    query = f"SELECT id, p FROM {table} WHERE typeof(p) = 'integer' ORDER BY id"
     rows = np.array(connection.execute(query).fetchall(), np.int64).reshape(-1, 2)
     ids, periods = (rows if only is None else rows[np.isin(rows[:, 0], only)]).T
     return {p: ids[periods == p] for p in np.unique(periods).tolist()}

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from contents import alter, ask
 from processes import run_several, seeded
 from quick import fuzz_but, slow_but
 
@@ -102,3 +103,18 @@ def test_verify_finds_all_damage_to_checked_rows(filled, harm, times):
             assert checked_rows(broken) == sound
         put(broken, harmed)
         judge(run_several(COMMANDS, broken))
+
+
+def test_a_period_that_became_null_is_reported(filled, cli):
+    """A flipped bit can make NULL of any value."""
+    rule, none = "p INTEGER NOT NULL", "p INTEGER"
+    for change in (
+        f"UPDATE sqlite_schema SET sql = replace(sql, '{rule}', '{none}') WHERE name = 'cycle'",
+        "UPDATE cycle SET p = NULL WHERE word = '0113'",
+        f"UPDATE sqlite_schema SET sql = replace(sql, '{none}', '{rule}') WHERE name = 'cycle'",
+    ):
+        alter(filled, change)
+    assert ask(filled, "SELECT count(*) FROM cycle WHERE p + 0 IS NULL") == [(1,)]
+    outcome = cli("verify", "--db", str(filled))
+    assert outcome.code == 1
+    assert "NULL value in cycle.p" in outcome.out + outcome.err
