@@ -85,7 +85,8 @@ def histogram(
     low, high = float(values[present].min()), float(values[present].max())
     logarithmic = low > 0 and high > _DECADES * low
     edges = np.geomspace(low, high, bins + 1) if logarithmic else _round_edges(low, high, bins)
-    counts, _ = np.histogram(values[present], edges, weights=rows[present])
+    # the outer edges are rounded, so a value may lie an ulp outside
+    counts, _ = np.histogram(np.clip(values[present], edges[0], edges[-1]), edges, weights=rows[present])
     return Histogram(edges, counts, int(rows[~present].sum()), logarithmic)
 
 

@@ -254,16 +254,20 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
 def complete_folder(path: Path) -> Iterator[Path]:
     """Yield a temporary folder; move it to `path` at the end, or remove it after a failure.
 
-    Raises `StoreError` if the system refuses to write.
+    A folder that it replaces is deleted last, so that one of the two is always whole. Raises `StoreError` if
+    the system refuses to write.
     """
     folder = path.resolve()
-    draft = folder.with_name(f".{folder.name}.{os.getpid()}.part")
+    draft, replaced = (folder.with_name(f".{folder.name}.{os.getpid()}.{end}") for end in ("part", "old"))
     try:
         with _saving(folder):
             draft.mkdir()
             yield draft
             if folder.exists():
-                shutil.rmtree(folder)
+                os.rename(folder, replaced)
             os.rename(draft, folder)
     finally:
-        shutil.rmtree(draft, ignore_errors=True)
+        if replaced.exists() and not folder.exists():
+            os.rename(replaced, folder)
+        for rest in (draft, replaced):
+            shutil.rmtree(rest, ignore_errors=True)

@@ -1,6 +1,6 @@
 """Results: `Result`, a table by period; `Births`, the lives of classes; and orbits as HTML with pictures."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib import import_module
@@ -147,11 +147,20 @@ def _short(value: Any) -> str:
     return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _html_table(head: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return an HTML table of texts, which are HTML themselves."""
-    names = "".join(f"<th>{name}</th>" for name in head)
-    lines = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>\n" for row in rows)
-    return f"<table>\n<thead><tr>{names}</tr></thead>\n<tbody>\n{lines}</tbody>\n</table>"
+def _html_table(head: Iterable[str], rows: Iterable[Sequence[str]], left: Collection[str] = ()) -> str:
+    """Return an HTML table of texts, which are HTML themselves; the columns in `left` are aligned left.
+
+    Notebooks align cells to the right unless told otherwise.
+    """
+    names = [*head]
+    styles = [' style="text-align: left"' * (name in left) for name in names]
+
+    def line(tag: str, cells: Sequence[str]) -> str:
+        pairs = zip(styles, cells, strict=True)
+        return f"<tr>{''.join(f'<{tag}{style}>{cell}</{tag}>' for style, cell in pairs)}</tr>"
+
+    body = "".join(f"{line('td', row)}\n" for row in rows)
+    return f"<table>\n<thead>{line('th', names)}</thead>\n<tbody>\n{body}</tbody>\n</table>"
 
 
 MOST_ROWS = 10
@@ -161,11 +170,12 @@ MOST_BOUNCES = 200
 """Longer orbits get no small picture, because it would be a smudge."""
 
 _HEADINGS = ("", "code", "p", "status", "length", "λ", "λ<sub>d</sub>", "λ<sub>c</sub>", "class", "symmetry")
+_TEXTS = ("code", "status", "symmetry")
 
 
 def html_of_orbits(title: str, orbits: Sequence[Orbit], total: int) -> str:
     """Return an HTML table of orbits with small pictures, a title, and the number of orbits not shown."""
-    table = f"\n{_html_table(_HEADINGS, map(_cells, orbits))}" if orbits else ""
+    table = f"\n{_html_table(_HEADINGS, map(_cells, orbits), _TEXTS)}" if orbits else ""
     more = f"\n<p>… and {total - len(orbits):,} more</p>" if total > len(orbits) else ""
     return f"<p>{escape(title)}</p>{table}{more}"
 

@@ -3,6 +3,7 @@
 import csv
 import hashlib
 import json
+import os
 import shutil
 import signal
 from contextlib import closing
@@ -239,6 +240,22 @@ def test_force_replaces_a_dataset_or_leaves_it_intact(known, folder, cli, monkey
     assert len(list((folder / "orbits").iterdir())) == 2
     assert cli("verify", str(folder)).code == 0
     assert [path.name for path in folder.parent.iterdir()] == ["data"]
+
+
+def test_a_dataset_that_cannot_be_deleted_is_replaced_or_stays_whole(known, folder, cli, monkeypatch):
+    unlink, deleted = os.unlink, []
+
+    def refused(path, *, dir_fd=None):
+        if dir_fd is not None and deleted:
+            raise PermissionError(13, "Permission denied", path)
+        deleted.extend([path] * (dir_fd is not None))
+        unlink(path, dir_fd=dir_fd)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "unlink", refused)
+        cli("export", str(folder), "--dataset", "--p", "2", "--force", "--db", known)
+    assert deleted
+    assert cli("verify", str(folder)).code == 0
 
 
 @pytest.mark.parametrize("other", ["mine.txt", "orbits/orbits.db", ".git/config"])

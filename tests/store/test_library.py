@@ -213,6 +213,8 @@ def test_a_notebook_shows_a_subset_as_a_table_with_pictures(catalogue):
     table = ElementTree.fromstring(f"<div>{html}</div>").find("table/tbody")  # every element must be closed
     texts = ["013", "3", "orbit", "10.8506847", "4.3928510", "1.464284", "0.404846", "4", "xT"]
     assert [cell.text for cell in there(table)[0]][1:] == texts
+    left = [cell.text for cell in there(table)[0] if cell.get("style") == "text-align: left"]
+    assert left == ["013", "orbit", "xT"]  # numbers on the right, as notebooks do by themselves
     read = catalogue.select(p="3-4", order="length", coordinates=True)._repr_html_()
     assert html.replace("-0.00", "0.00") == read.replace("-0.00", "0.00")
     odd = replace(subset[:1], symmetry=np.array(["<script>"], subset.symmetry.dtype))

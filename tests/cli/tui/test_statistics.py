@@ -1,8 +1,11 @@
 """The screens of statistics, counts and histograms."""
 
 import re
+import shutil
+from pathlib import Path
 
 import pytest
+from contents import alter
 from rich.console import Console
 from screens import LARGE, browsing, press, screen_lines, shown, table_of
 from there import there
@@ -81,6 +84,17 @@ def test_every_count_has_a_condition_that_chooses_its_rows(varied):
     assert len(counts) > 40
     for count in counts:
         assert catalogue.count(where=count.condition) == count.rows, count
+
+
+def test_a_value_an_ulp_outside_the_rounded_edges_is_counted(varied, tmp_path):
+    path = Path(shutil.copy(varied, tmp_path / "orbits.db"))
+    alter(
+        path,
+        "UPDATE orbit SET length = 0.0031829 WHERE length IS NOT NULL",
+        "UPDATE orbit SET length = 0.0031249999999999997 WHERE cycle = (SELECT min(cycle) FROM orbit)",
+    )
+    counts, _ = CountsScreen(Reader(path), Selection(), "length")._values("length", 20, never)
+    assert counts[0].rows == Catalogue(path).count(where=counts[0].condition) > 0
 
 
 @pytest.mark.slow
