@@ -31,7 +31,9 @@ async def _handled(*_: float) -> None:
     app = active_app.get()
     while True:
         await Pilot(app).pause(0)
-        if all(pump._message_queue.empty() for pump in (app, *app._registry) if pump.is_running):
+        if getattr(app, "_resize_event", None) is not None:  # a new size takes effect a moment later
+            await asyncio.sleep(0.005)
+        elif all(pump._message_queue.empty() for pump in (app, *app._registry) if pump.is_running):
             return
 
 
