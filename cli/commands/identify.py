@@ -33,8 +33,7 @@ LENGTH_KEYS = (*LENGTH_COLUMNS, "lyapunov", "length_error", "a")
 _MOST_CHARACTERS = 1_000_000
 """Maximum number of characters to read; no trajectory needs that many."""
 
-_NEXT = ",\n"
-_BETWEEN = re.compile(r"\s*[,;\t]\s*|\s+")
+_BETWEEN, _INK = re.compile(r"\s*[,;\t]\s*|\s+"), re.compile(r"\S")
 
 
 def identify(
@@ -129,9 +128,12 @@ def read_points(path: Path) -> Any:
 
 
 def _from_json(text: str) -> Any:
-    """Return the pairs in an array, or x and y of each object in an array or on a line of its own."""
+    """Return the pairs in an array, or x and y of each object in an array or one after another."""
+    decoder, place, rows = json.JSONDecoder(), 0, []
     try:
-        rows = json.loads(text if text[0] == "[" else f"[{_NEXT.join(text.splitlines())}]")
+        while start := _INK.search(text, place):
+            value, place = decoder.raw_decode(text, start.start())
+            rows += value if isinstance(value, list) else [value]
     except json.JSONDecodeError as error:
         raise ValueError(f"line {error.lineno} is not json") from None
     if any(isinstance(row, dict) and not {"x", "y"} <= row.keys() for row in rows):

@@ -36,9 +36,7 @@ Values = Sequence[Any] | Mapping[str, Any]
 
 
 class Connection(sqlite3.Connection):
-    """A connection to a catalogue; `refused` says what was wrong with the last word given to ``code()``."""
-
-    refused = ""
+    """A connection to a catalogue."""
 
     def scalar(self, query: str, values: Values = ()) -> Any:
         """Return the first value of the first row, or None if there is no row."""
@@ -133,18 +131,13 @@ def uri_of(path: Path, mode: str = "ro") -> str:
 
 
 def add_code(connection: Connection) -> None:
-    """Give a connection the function ``code()``, the least rotation of a word; others are `refused`."""
+    """Give a connection the function ``code()``: the least rotation of a word; NULL for anything else."""
 
     def code(word: object) -> str | None:
-        if word is None:
-            return None
         try:
-            if not isinstance(word, str):
-                raise WordError(f"codes are texts, so write words in quotes: '{word}', not {word}")
-            return least_rotation(parse_primitive(word))
-        except WordError as error:
-            connection.refused = f"code({word!r}): {error}"
-            raise
+            return least_rotation(parse_primitive(word)) if isinstance(word, str) else None
+        except WordError:
+            return None
 
     connection.create_function("code", 1, code, deterministic=True)
 

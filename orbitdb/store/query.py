@@ -228,15 +228,15 @@ def condition_of(selection: Selection) -> tuple[str, dict[str, Any]]:
 
     The expression of the selection must have been checked (`is_of_classes`).
     """
-    values: dict[str, Any] = {"_a": selection.a, **selection.parameters}
+    values: dict[str, Any] = {**selection.parameters, "0": selection.a}  # names of users begin with no digit
 
     def bound(value: object) -> str:
-        name = f"_{len(values)}"
+        name = str(len(values))
         values[name] = value
         return f":{name}"
 
     statuses = ", ".join(f"'{status.value}'" for status in selection.statuses)
-    conditions = ["a = :_a", of_spans(selection.periods)]
+    conditions = ["a = :0", of_spans(selection.periods)]
     if statuses:
         conditions.append(f"status IN ({statuses})")
     if selection.time_reversal:

@@ -294,8 +294,8 @@ def _classes(connection: Connection, a: float, ids: Integers, wanted: Sequence[s
         ("cycle", of_class, "class", ids[ids >= 0]),
     ):
         if len(part):
-            query = f"SELECT {number}, {', '.join(listed)} FROM {view} WHERE a = :_a AND {number} {LISTED}"
-            read = connection.execute(query, {"_a": a, "ids": as_list(part)}).fetchall()
+            query = f"SELECT {number}, {', '.join(listed)} FROM {view} WHERE a = :0 AND {number} {LISTED}"
+            read = connection.execute(query, {"0": a, "ids": as_list(part)}).fetchall()
             rows += sorted(read, key=itemgetter(0))
     numbers, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     if list(numbers) != ids.tolist():

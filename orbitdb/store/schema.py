@@ -107,12 +107,12 @@ class and element. `life` has one row per life of a class, from ``born`` (NULL f
 ``dies`` (NULL if it never dies)."""
 
 
-_OWN = {"a": ":_a", "p": "p", "code": "word", "words": "word", "status": "'geometric'", "rules": "rules"}
+_OWN = {"a": ":0", "p": "p", "code": "word", "words": "word", "status": "'geometric'", "rules": "rules"}
 
 PRUNED_ROWS = "(SELECT id, {} FROM pruned)".format(
     ", ".join(f"{_OWN.get(name, 'NULL')} AS {name}" for name in SHARED | OF_WORD | OF_CLASS)
 )
-"""A query for the geometrically pruned words at the a named ``:_a``, with the columns of both views."""
+"""A query for the geometrically pruned words at the a named ``:0``, with the columns of both views."""
 
 AT_A = "stadium = (SELECT id FROM stadium WHERE a = ?)"
 """The condition for rows of one value of a, in tables that refer to `stadium`."""

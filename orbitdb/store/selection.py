@@ -304,6 +304,7 @@ def _pair(name: str, bounds: object) -> Bounds:
 
 
 _PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
+_MOST_RANGES = 100
 
 
 def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
@@ -318,6 +319,8 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
             remedy = f"write {high}-{low}" if high >= LEAST_PERIOD else f"the least period is {LEAST_PERIOD}"
             raise SelectionError(f"periods {part.strip()!r} run backwards: {remedy}")
         ranges.append((low, high))
+    if len(ranges) > _MOST_RANGES:  # SQLite allows 1000 terms
+        raise SelectionError(f"periods: {len(ranges)} ranges, more than {_MOST_RANGES}; join some, as in 2-8")
     return tuple(ranges)
 
 

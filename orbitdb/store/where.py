@@ -15,7 +15,7 @@ from typing import Any
 from orbitdb.store.connection import Connection, add_code
 from orbitdb.store.schema import OF_WORD, SHARED, TABLES, VIEWS
 from orbitdb.store.selection import SelectionError
-from orbitdb.symbols.words import SYMBOLS, least_rotation, primitive_root
+from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive, primitive_root
 from orbitdb.text import guess, line, real, shortened
 
 Value = str | int | float
@@ -95,7 +95,6 @@ def watched(
     the query is cancelled, `KeyboardInterrupt` on Ctrl-C, and a `SelectionError` about the `sql` for any
     other error.
     """
-    connection.refused = ""
     connection.set_progress_handler(patience.look, STEPS_BETWEEN_LOOKS)
     if sql is not None:
         connection.set_authorizer(patience.authorize)
@@ -104,12 +103,11 @@ def watched(
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
         if patience.was_cancelled:
             raise CancelledError from error
-        reason = patience.reason or connection.refused
-        if not reason and any(part in str(error) for part in _STOPPED):
+        if not patience.reason and any(part in str(error) for part in _STOPPED):
             raise KeyboardInterrupt from error
         if sql is None or isinstance(error, SelectionError):
             raise
-        raise SelectionError(_refusal(sql, reason or str(error), what)) from error
+        raise SelectionError(_refusal(sql, patience.reason or str(error), what)) from error
     finally:
         connection.set_authorizer(None)
         connection.set_progress_handler(never, _STEPS_BETWEEN_SIGNALS)
@@ -149,6 +147,7 @@ def of_classes(where: str, parameters: Parameters) -> bool:
         for text in (where, f"(\n{where}\n)"):  # the first refuses a bracket too many
             queries = 0
             stage.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {text}", dict(parameters))
+        _check_names(where, parameters)
     _check_words(where, parameters)
     return columns <= _OF_CLASSES and queries == 1
 
@@ -184,6 +183,7 @@ def run_statement(
     patience = Patience()
     _check_words(statement, parameters)
     with watched(connection, patience, statement, "sql"):
+        _check_names(statement, parameters)
         cursor = connection.execute(statement, dict(parameters))
         if cursor.description is None:
             raise ValueError("write a single SELECT")
@@ -261,14 +261,26 @@ def bound_names(sql: str) -> list[str]:
     return [match[1] for match in re.finditer(rf"{_QUOTED}|(?<!:):([A-Za-z_]\w*)", sql) if match[1]]
 
 
+def _check_names(sql: str, parameters: Parameters) -> None:
+    """Raise `ValueError` if SQL lacks the name of a value."""
+    if idle := parameters.keys() - set(bound_names(sql)):
+        raise ValueError(f"it has no :{', :'.join(sorted(idle))}: leave out its value")
+
+
 def _check_words(sql: str, parameters: Parameters) -> None:
-    """Raise `SelectionError` if SQL compares a code with a number, or a call of ``code()`` with nothing."""
-    for item in _compared(sql):
+    """Raise `SelectionError` if SQL compares a code with a number, or calls ``code()`` wrongly."""
+    for item in (*_compared(sql), *_called(sql)):
         value = parameters.get(item[1:]) if item.startswith(":") else None
         if isinstance(value, int | float):
             raise SelectionError(f"{item} is the number {value}, but codes are texts: give it as '{value}'")
         if re.fullmatch(r"[+-]?\.?[0-9][\w.]*", item):
             raise SelectionError(f"codes are texts, so write words in quotes: '{item}', not {item}")
+    for item in _called(sql):
+        word = item[1:-1] if item.startswith("'") else parameters.get(item[1:])
+        try:
+            parse_primitive(word) if isinstance(word, str) else None
+        except WordError as error:
+            raise SelectionError(f"code({item}): {error}") from error
     for bare in _CONDITION.finditer(sql):
         if not _BETWEEN.search(sql, 0, bare.start()):
             raise SelectionError(f"code({bare[1]}) is a word, not a condition: write code = code({bare[1]})")
@@ -291,6 +303,11 @@ def _compared(sql: str) -> list[str]:
     return [item for text in beside for item in re.findall(_ITEM, text)]
 
 
+def _called(sql: str) -> list[str]:
+    """Return the quoted texts, names and numbers that SQL passes to ``code()``."""
+    return [match[1] for match in _CALLED.finditer(sql) if match[1]]
+
+
 def parse_parameters(texts: Iterable[str], sql: str) -> dict[str, Value]:
     """Read the values of names in SQL, such as ``cut=0.5`` or ``word=0103``.
 
@@ -300,15 +317,9 @@ def parse_parameters(texts: Iterable[str], sql: str) -> dict[str, Value]:
     Raises
     ------
     SelectionError
-        If a text is not of the form ``name=value``, the SQL does not have the name, or digits could be a word
-        or a number.
+        If a text is not of the form ``name=value``, or digits could be a word or a number.
     """
-    values = dict(_parameter(text, sql) for text in texts)
-    if idle := values.keys() - set(bound_names(sql)):
-        raise SelectionError(
-            f"{shortened(sql, 200)!r}: it has no :{', :'.join(sorted(idle))}: leave out its value"
-        )
-    return values
+    return dict(_parameter(text, sql) for text in texts)
 
 
 def _parameter(text: str, sql: str) -> tuple[str, Value]:
@@ -318,8 +329,7 @@ def _parameter(text: str, sql: str) -> tuple[str, Value]:
         raise SelectionError(f"-P {text!r}: write it as name=value")
     if len(value) > 1 and value[0] == value[-1] and value[0] in "'\"":
         return name, value[1:-1]
-    words = [*_compared(sql), *(match[1] for match in _CALLED.finditer(sql))]
-    is_word = f":{name}" in words or (len(value) > 1 and value[0] == "0")
+    is_word = f":{name}" in (*_compared(sql), *_called(sql)) or (len(value) > 1 and value[0] == "0")
     try:
         number: float = real(value)
     except ValueError:

@@ -27,6 +27,7 @@ FILES = {
     "json": json.dumps(POINTS),
     "objects": json.dumps([{"x": x, "y": y} for x, y in POINTS]),
     "lines": "\n".join(json.dumps({"x": x, "y": y}) for x, y in POINTS),
+    "indented objects": "\n\n".join(json.dumps({"x": x, "y": y}, indent=1) for x, y in POINTS),
 }
 
 

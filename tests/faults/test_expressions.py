@@ -67,6 +67,17 @@ def test_bound_values_are_only_values(own):
     with pytest.raises(SelectionError, match="type"):
         catalogue.count(Selection(where="code = :x", parameters=cast(dict[str, str], {"x": ["1"]})))
     assert catalogue.count(Selection(where="code = ':x'")) == 0
+    with pytest.raises(SelectionError, match="it has no :x"):
+        catalogue.count(Selection(where="code = ':x'", parameters={"x": 1}))
+    with pytest.raises(SelectionError, match="it has no :ength"):
+        catalogue.count(Selection(where="length > 9", parameters={"ength": 1}))
+
+
+@pytest.mark.parametrize("name", ["_a", "_0", "_1", "_2", "a", "ids"])
+def test_values_may_have_any_name(varied, name):
+    bounds = {"p": "2-5", "length": (3, 20)}
+    wanted = Catalogue(varied, 1.6).count(where="length < 12", **bounds)
+    assert wanted == Catalogue(varied, 1.6).count(where=f"length < :{name}", parameters={name: 12}, **bounds)
 
 
 ALLOWED = {

@@ -36,6 +36,7 @@ def catalogue(varied):
         ("representative = code('3010')", {"0103", "1232"}),
         ("code = 'code(''31'')'", set()),
         ("code BETWEEN code('013') AND code('031') and p = 3", {"013", "031"}),
+        ("p < 4 and code = code(substr(code, 1, 2))", {"13"}),
     ],
 )  # fmt: skip
 def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, found):
@@ -67,6 +68,8 @@ def test_a_pruned_word_is_found_if_its_status_is_named(catalogue):
     ("where", "said"),
     [
         ("code = code(13)", "write words in quotes: '13', not 13"),
+        ("code = code(013)", "write words in quotes: '013', not 013"),
+        ("p > 100 AND code = code('19')", "symbol '9'"),
         ("code = 013", "write words in quotes: '013', not 013"),
         ("code IN ('031', 13)", "write words in quotes: '13', not 13"),
         ("13 = representative", "write words in quotes: '13', not 13"),

@@ -93,6 +93,11 @@ def test_the_tightest_of_several_bounds_apply(ends):
         assert parse_bounds(texts) == {"length": (low, high)}
 
 
+def test_more_ranges_of_periods_than_sqlite_can_compare_are_refused(catalogue):
+    with pytest.raises(SelectionError, match="1499 ranges, more than 100"):
+        catalogue.count(p=range(2, 3000, 2))
+
+
 @pytest.mark.parametrize("text", ["length=:", "length=3", "length=nan:", "length=:x"])
 def test_a_range_needs_a_numeric_bound(text):
     with pytest.raises(SelectionError, match="write it as length=3:10, length=3: or length=:10"):
