@@ -87,7 +87,7 @@ def test_other_tools_read_the_same_tables_as_the_catalogue(known, folder):
     assert [(row["a"], row["p"], row["N_c"]) for row in counts][-1] == ("1.6", "5", "80")
     averages = pandas.read_csv(folder / "averages.csv")
     assert averages[["a", "p"]].values.tolist() == [[1, 2], [1, 3], [1.6, 2], [1.6, 3], [1.6, 4], [1.6, 5]]
-    levels = pandas.read_csv(folder / "levels.csv")
+    levels = pandas.read_csv(folder / "levels.csv", float_precision="round_trip")
     assert sorted(levels["k"]) == [k for (k,) in ask(Path(known), "SELECT k FROM level ORDER BY k")]
     (trajectories,) = read_csv(folder / "trajectories.csv")
     assert (trajectories["a"], trajectories["seed"]) == ("1.6", "7")
@@ -243,7 +243,8 @@ def test_force_replaces_a_dataset_or_leaves_it_intact(known, folder, cli, monkey
 
 
 def test_a_dataset_that_cannot_be_deleted_is_replaced_or_stays_whole(known, folder, cli, monkeypatch):
-    unlink, deleted = os.unlink, []
+    unlink = os.unlink
+    deleted: list[str] = []
 
     def refused(path, *, dir_fd=None):
         if dir_fd is not None and deleted:
