@@ -165,6 +165,9 @@ def describe_unfilled(
         command = f"'orbitdb fill --p {missing[-1]} --a {exact(a)}'"
         lines.append(f"{what} at a = {exact(a)}{_filled(fills, a, filled_at)}: {command} fills {them}")
     if any(high > MAX_PERIOD for _, high in periods):
+        if not lines:
+            filled = _filled(fills, a, filled_at)
+            lines.append(f"no period above {MAX_PERIOD} is filled at a = {exact(a)}{filled}")
         lines.append(f"fills go up to period {MAX_PERIOD}: 'orbitdb fill --code WORD' stores single words")
     return "; ".join(lines) or None
 

@@ -92,7 +92,7 @@ export x.csv --status geometric --p 4 | 1 | of period 4 are not stored (there ar
 plot sheet --status geometric --p 4 -o x.svg | 1 | of period 4 are not stored (there are 283)
 plot sheet --status dynamical --p 6 -o x.svg | 1 | 64 dynamically pruned words of | : no path to draw
 plot phase-space --status dynamical --p 6 -o x.svg | 1 | : no path to draw; --status orbit
-plot phase-space --p 77 -o x.svg | 1 | fills go up to period 20: 'orbitdb fill --code WORD'
+plot phase-space --p 77 -o x.svg | 1 | no period above 20 is filled at a = 1.6 (filled: periods 2-6
 plot phase-space --p 6 --range length=99: -o x.svg | 1 | nothing to draw
 plot entropy --a 0.7 -o x.svg | 1 | nothing is filled at a = 0.7
 plot entropy -o x.gif | 2 | end the name in .png, .svg, .pdf
