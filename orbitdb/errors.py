@@ -8,7 +8,7 @@ from inspect import signature
 from numbers import Integral, Real
 from pathlib import Path
 from types import FunctionType, NoneType, UnionType
-from typing import TYPE_CHECKING, Any, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, get_args, get_origin
 
 if TYPE_CHECKING:
     import numpy as np
@@ -70,6 +70,9 @@ class ExportError(InputError):
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 _Class = TypeVar("_Class", bound=type)
 
+_Kinds: TypeAlias = dict[str, tuple[Any, tuple[type, ...], str]]
+"""For each parameter of a function, its default, the types that are right, and their name in messages."""
+
 _KINDS: dict[Any, tuple[type, str]] = {
     float: (Real, "a number"),
     int: (Integral, "a whole number"),
@@ -87,26 +90,29 @@ def checked(function: _Function) -> _Function:
     """Decorate a function so that arguments of the wrong type raise `InputError`.
 
     Defaults are accepted, and parameters with other annotations than those in `_KINDS` are not checked.
-    Numbers of NumPy become Python's, which SQLite and JSON can take.
+    Numbers of NumPy become Python's, which SQLite and JSON can take, and 1e7 is a whole number.
     """
 
     @wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
         kinds = _kinds_of(call)
-        given = [_plain(value) for value in args]
-        named = {name: _plain(value) for name, value in kwargs.items()}
-        for name, value in [*zip(kinds, given, strict=False), *named.items()]:
-            default, types, meant = kinds.get(name, (None, (), ""))
-            right = isinstance(value, types) and not isinstance(value, bool)
-            if types and not right and value is not default:
-                raise InputError(f"{name} = {value!r:.40}: give {meant}")
-        return function(*given, **named)
+        given = [_right(name, value, kinds) for name, value in zip(kinds, args, strict=False)]
+        named = {name: _right(name, value, kinds) for name, value in kwargs.items()}
+        return function(*given, *args[len(kinds) :], **named)
 
     return call  # type: ignore[return-value]
 
 
-def _plain(value: Any) -> Any:
-    return value.item() if getattr(value, "shape", None) == () else value
+def _right(name: str, value: Any, kinds: _Kinds) -> Any:
+    """Return an argument as a plain number if it is a number; raise `InputError` if its type is wrong."""
+    default, types, meant = kinds.get(name, (None, (), ""))
+    plain = value.item() if getattr(value, "shape", None) == () else value
+    if Integral in types and isinstance(plain, float) and plain.is_integer():
+        plain = int(plain)  # such as 1e7
+    right = isinstance(plain, types) and not isinstance(plain, bool)
+    if types and not right and value is not default:
+        raise InputError(f"{name} = {plain!r:.40}: give {meant}")
+    return plain
 
 
 def checked_methods(owner: _Class) -> _Class:
@@ -119,7 +125,7 @@ def checked_methods(owner: _Class) -> _Class:
 
 
 @cache
-def _kinds_of(function: Callable[..., Any]) -> dict[str, tuple[Any, tuple[type, ...], str]]:
+def _kinds_of(function: Callable[..., Any]) -> _Kinds:
     """Return the default, the types and their names for each parameter; types are empty if unchecked."""
     kinds = {}
     for name, parameter in signature(function).parameters.items():

@@ -124,16 +124,21 @@ class Processes(Workers):
             return self._pool.submit(_solve, block, self._folder.name)
 
     def _result(self, begun: Future[str]) -> Any:
-        with _alive():
-            path = Path(begun.result())
-        answer = pickle.loads(path.read_bytes())
-        path.unlink()
+        try:
+            with _alive():
+                path = Path(begun.result())
+            answer = pickle.loads(path.read_bytes())
+            path.unlink()
+        except OSError as error:
+            raise WorkError(
+                f"results cannot be kept in {gettempdir()} ({error.strerror}): free some room, or set TMPDIR"
+            ) from error
         return answer
 
 
 @contextmanager
 def _alive() -> Iterator[None]:
-    """Say what to do if a process died, or could not write its result."""
+    """Say what to do if a process died."""
     try:
         yield
     except BrokenProcessPool:
@@ -141,10 +146,6 @@ def _alive() -> Iterator[None]:
             "a worker process died; nothing stored is lost, and the same command continues from there: "
             "if memory is short, use fewer processes with --jobs"
         ) from None
-    except OSError as error:
-        raise WorkError(
-            f"results cannot be kept in {gettempdir()} ({error.strerror}): free some room, or set TMPDIR"
-        ) from error
 
 
 _one_at_a_time = threading.Lock()

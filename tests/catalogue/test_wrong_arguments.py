@@ -73,6 +73,7 @@ def test_a_wrong_value_is_named_as_one_writes_it_in_python(catalogue, call, said
 
 def test_numbers_and_arrays_of_numpy_are_numbers_and_lists(catalogue):
     assert catalogue.count(p=np.int64(3), exists=np.array([])) == 8
+    assert orbitdb.simulate(1.6, 1e3) == orbitdb.simulate(1.6, 1000)
     assert catalogue.with_length(np.float32(10.4), limit=np.int64(1))[0].code == "13"
     assert [*catalogue.rows(p=np.array([2]), columns=np.array(["code"]))] == [("13",)]
 
