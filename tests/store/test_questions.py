@@ -51,6 +51,7 @@ def asked(made_once):
 @example({"p": "2-5", "where": "element = 3"}, "code", 9, 4, COLUMNS)
 @example({"p": "22-99", "status": "all"}, "-code", None, 0, ("code", "element"))
 @example({"status": "all"}, "length", 10**30, 1, ("code",))
+@example({"status": "orbit,geometric"}, "rules", None, 0, ("code",))  # orbits have none
 @example({"p": "3-5", "status": "orbit,geometric"}, "element,-length", None, 0, ("code", "element"))
 @example({"p": "3-5", "status": "orbit,geometric"}, "-element,length", None, 0, ("code", "element"))
 def test_rows_and_counts_agree_with_a_list(asked, criteria, order, limit, offset, names):

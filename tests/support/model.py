@@ -160,9 +160,9 @@ def in_order(rows: list[Row], order: str) -> list[Row]:
     for part in reversed(order.split(",")):
         name, _, direction = part.strip().lstrip("-").partition(" ")
         falling = part.strip().startswith("-") != (direction == "desc")
-        known = [row for row in rows if row[name] is not None]
+        known = [row for row in rows if row[name] not in (None, [])]
         known.sort(key=lambda row: _comparable(row[name]), reverse=falling)
-        rows = known + [row for row in rows if row[name] is None]
+        rows = known + [row for row in rows if row[name] in (None, [])]
     return rows
 
 
