@@ -200,7 +200,7 @@ def _orbits(codes: Sequence[str], a: float, db: Path) -> "list[Orbit]":
 
 
 def _followed(code: str) -> "Orbit":
-    """Return the orbit of a word with the ranges of a in which it exists; raise if there are none."""
+    """Return the orbit of a word and the ranges of a in which it exists; refuse a word that never does."""
     from orbitdb.orbits.solve import solve_word
     from orbitdb.store.lookup import with_existence
 

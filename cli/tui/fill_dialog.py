@@ -92,7 +92,7 @@ def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
 
 
 def fill_wish(path: Path, wish: Wish, tell: Tell) -> None:
-    """Fill the catalogue, after creating it if there is none; `tell` is called after every stored batch."""
+    """Create the catalogue if it is missing, and fill it; call `tell` after every stored batch."""
     from orbitdb.catalogue import Catalogue
 
     catalogue = Catalogue.create(path, wish.a)

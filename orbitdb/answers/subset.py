@@ -64,7 +64,7 @@ class Subset:
     length, lyapunov, margin, residual, error, length_error, lyapunov_error, area, area_error : ndarray, (N,)
         As in `Orbits`; length and margin in units of the radius, the enclosed area in radius^2.
     born, dies : ndarray, shape (N,)
-        The values of a at the first birth and death; NaN if there is none, or if it is not stored.
+        The values of a at the first birth and death; NaN for a word without one, or if it is not stored.
     coordinates : ndarray, shape (sum of p,), or None
         Coordinates of all words, one word after another (see `of_period`), if you asked for them; NaN for
         words that have none.

@@ -76,7 +76,7 @@ class QuantumCatalogue(FilledCatalogue):
         points : int, optional
             Number of lengths in the range.
         k_max : float, optional
-            End of the window in k, in 1/radius; by default where the levels end, or 30 if there are none.
+            End of the window in k, in 1/radius; by default where the levels end, or 30 without levels.
         levels : array-like, shape (N,), optional
             All levels k, beginning with the lowest; by default the stored ones.
         parity : str, optional

@@ -41,7 +41,7 @@ class StoredCatalogue:
 
     @classmethod
     def create(cls, path: Path | str | None = None, a: float | None = None) -> Self:
-        """Open a catalogue; create it first if there is none, or upgrade it to the latest schema."""
+        """Open a catalogue; create a missing one first, and upgrade an old one to the latest schema."""
         from orbitdb.store.file import migrate
 
         migrate(default_path() if path is None else home_expanded(path))

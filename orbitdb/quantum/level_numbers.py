@@ -66,7 +66,7 @@ def numbered(expected: Floats, sigma: Floats, first_free: bool = False) -> tuple
     true = (off <= MISSING + SPURIOUS) & (number > 0)  # otherwise a spurious and a missing level cost less
     off = np.where(true, off, MISSING + SPURIOUS)
     came = np.zeros(number.shape, np.int8)
-    # cost[j] is the lowest cost if the j-th number of the band is the last one that is settled
+    # cost[j] is the lowest cost so far if the last true number is the j-th of the band
     cost = np.where(number[0] >= 0, 0.0 if first_free else MISSING * number[0], np.inf)
     for i, shift in enumerate(np.diff(low, prepend=low[0]).tolist()):
         skipping, stays = _rises(shift)
@@ -84,7 +84,7 @@ def numbered(expected: Floats, sigma: Floats, first_free: bool = False) -> tuple
 
 @lru_cache(maxsize=64)
 def _rises(shift: int) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the costs of skipped numbers, from each number of a band to each of one that is `shift` higher.
+    """Return the costs of the numbers skipped between two bands, the second of which is `shift` higher.
 
     The second result tells where the number stays the same.
     """

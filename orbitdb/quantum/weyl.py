@@ -53,7 +53,7 @@ def parities_of(names: "Parity | str | Iterable[Parity | str] | None" = None) ->
     Raises
     ------
     InputError
-        If there is none, or one of them is not ``ee``, ``eo``, ``oe`` or ``oo``.
+        If you give none, or one that is not ``ee``, ``eo``, ``oe`` or ``oo``.
     """
     if names is None:
         return list(Parity)

@@ -295,7 +295,7 @@ def contents(connection: Connection, a: float, spans: Sequence[tuple[int, int]] 
 
 
 def of_spans(spans: Sequence[tuple[int, int]]) -> str:
-    """Return the condition that the column p is in one of the ranges; all are chosen if there is none."""
+    """Return the condition that the column p is in one of the ranges; without ranges, every p is."""
     return f"({' OR '.join(f'p BETWEEN {low} AND {high}' for low, high in spans) or 'TRUE'})"
 
 

@@ -45,7 +45,7 @@ class Place(NamedTuple):
 
 
 def place(path: Path) -> Place | None:
-    """Return the identity of the file that is now at a path, or None if there is none."""
+    """Identify the file that is now at a path; return None if nothing is there."""
     try:
         status = path.stat()
     except OSError:

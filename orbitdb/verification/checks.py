@@ -86,7 +86,7 @@ def listed(name: str, rows: int, faults: Iterable[str]) -> Check:
 
 
 def single(name: str, label: str, faults: Iterable[str]) -> Check:
-    """Return the check of one row, given its label and its faults, of which the first is reported."""
+    """Return the check of one row, which reports the first of its faults under its label."""
     return listed(name, 1, [f"{label}: {fault}" for fault in islice(faults, 1)])
 
 
