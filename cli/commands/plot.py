@@ -11,7 +11,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.figures import DRAWINGS, ENTROPY_OVER_A, SHEET_OF_WORDS, Drawing, Kind
+from orbitdb.cli.figures import DRAWINGS, ENTROPY_OVER_A, FRONTS, SHEET_OF_WORDS, Drawing, Kind
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
 from orbitdb.cli.options import Asked, Choice, many_a, named
 from orbitdb.cli.output import code_text, note, progress
@@ -80,8 +80,8 @@ def plot(
     """Draw an orbit, or a figure of a chosen subset, and save it to a file.
 
     orbit, reverse and life draw the orbit of one WORD, and sheet can draw several. wave and husimi draw one
-    quantum level. The other figures show a subset of the orbits or levels; lyapunov and lengths can compare
-    several a.
+    quantum level. The other figures show a subset of the orbits or levels; lyapunov, lengths and symbol-plane
+    can compare several a.
     """
     from orbitdb.answers.export import FIGURES, STDOUT, check_target, complete, form_of
 
@@ -96,6 +96,8 @@ def plot(
         drawing, asked = ENTROPY_OVER_A, "with --over-a"
     elif kind == "sheet" and (words or code):
         drawing, asked = SHEET_OF_WORDS, "with words"
+    elif kind == "symbol-plane" and many_a(a):
+        drawing, asked = FRONTS, "with several a"
     takes = drawing.takes
     options.takes_only(context, asked, *_ALWAYS, *takes)
     if kind == "life":
@@ -106,12 +108,15 @@ def plot(
         several_a = " and ".join(name for name in DRAWINGS if DRAWINGS[name].several_a)
         raise InputError(f"--a gives several values: plot {kind} draws one a; {several_a} draw several")
     if choice.status is None:
-        choice = replace(choice, status="orbit")
+        choice = replace(choice, status=drawing.status)
     style = load("orbitdb.plots.style", "plot", "plot")  # late, because matplotlib is slow to import
 
     codes = list(given_codes(words, code)) if "words" in takes else []
     if "k" in takes:
         made = _of_wave(drawing, codes, k, given, a, db)
+    elif drawing is FRONTS:
+        with progress("drawing"):
+            made = _draw(drawing, meant(db, a))
     elif "words" in takes:
         made = _of_words(kind, drawing, codes, a, db, inches)
     else:

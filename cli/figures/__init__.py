@@ -8,7 +8,7 @@ from orbitdb.cli.options import Choice
 
 Kind = Literal[
     "orbit", "reverse", "life", "entropy", "lyapunov", "sheet", "phase-space", "lengths", "births",
-    "spectrum", "staircase", "assess", "spacings", "rigidity", "wave", "husimi",
+    "symbol-plane", "spectrum", "staircase", "assess", "spacings", "rigidity", "wave", "husimi",
 ]  # fmt: skip
 _OF_WORD = ("words", "code", "a")
 _OF_LEVELS = ("a", "levels", "parity", *OF_FILE)
@@ -20,7 +20,8 @@ _OF_SUBSET = ("a", *Choice.__dataclass_fields__)
 class Drawing:
     """A figure: the function that draws it (``module.function``), the options it takes, and what it shows.
 
-    The function gets an orbit, a wave, or subsets at one or several a; then the options in `further`.
+    The function gets an orbit, a wave, or subsets at one or several a; then the options in `further`. Without
+    --status, the words of the subsets have the given `status`.
     """
 
     draw: str
@@ -28,6 +29,7 @@ class Drawing:
     shows: str = ""
     further: tuple[str, ...] = ()
     several_a: bool = False
+    status: str = "orbit"
 
 
 DRAWINGS: dict[Kind, Drawing] = {
@@ -59,6 +61,13 @@ DRAWINGS: dict[Kind, Drawing] = {
         "averages.draw_births",
         ("p",),
         "the share of words that are orbits, against a (needs births)",
+    ),
+    "symbol-plane": Drawing(
+        "symbol_plane.draw_symbol_plane",
+        _OF_SUBSET,
+        "future and past of each bounce, and the pruning front",
+        several_a=True,
+        status="orbit,dynamical",
     ),
     "spectrum": Drawing(
         "levels.draw_length_spectrum",
@@ -99,4 +108,5 @@ DRAWINGS: dict[Kind, Drawing] = {
 """All figures by name. The help, the options and the drawing follow from these entries."""
 
 ENTROPY_OVER_A = Drawing("averages.draw_over_a", ("p", "over_a", "a"), further=("grid",), several_a=True)
+FRONTS = Drawing("symbol_plane.draw_fronts", ("a",), several_a=True)
 SHEET_OF_WORDS = Drawing("orbits.sheet_of", _OF_WORD)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from orbitdb.answers.subset import Subset
     from orbitdb.extras import Rows
     from orbitdb.orbits.exponents import OrbitClasses
+    from orbitdb.trajectories.pruning_front import PruningFront
 
 
 @checked_methods
@@ -334,3 +335,18 @@ class Catalogue(QuantumCatalogue):
 
         with self._file.moment() as moment:
             return identify_length(moment, self._at(a), length, tolerance, limit)
+
+    def pruning_front(self, *, a: float | None = None) -> "PruningFront":
+        """Return the pruning front of the stadium: the border of the orbits in the symbol plane.
+
+        It does not depend on what is stored. It is computed in double precision and proves nothing.
+
+        Examples
+        --------
+        >>> front = catalogue.pruning_front()
+        >>> front, front.walls.gamma.shape == front.walls.delta.shape
+        (<pruning front at a = 1.6>, True)
+        """
+        from orbitdb.trajectories.pruning_front import PruningFront
+
+        return PruningFront(self._at(a))

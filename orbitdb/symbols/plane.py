@@ -16,8 +16,8 @@ left       down 0    R   top  up
 
 The digits of ``gamma``, in mixed radix, are the ranks of the letters of the bounce and of all later ones. A
 bounce on a straight wall reverses the order of all paths that leave it, so a digit is reversed after an odd
-number of later wall bounces. ``delta`` is ``gamma`` of the reversed path from the same bounce. From the second
-letter on, the letter that the geometric rules exclude (`orbitdb.symbols.pruning`) has no rank.
+number of later wall bounces. ``delta`` is ``gamma`` of the reversed path from the same bounce. From the
+second letter on, a letter that the geometric rules exclude (`orbitdb.symbols.pruning`) has no rank.
 
 The order is measured, not proved. In fans of paths, ``gamma`` rises with the angle from the tangent
 everywhere, with the arc length on semicircles and against it on walls.

@@ -1,31 +1,33 @@
 """The pruning front: the border of the orbits in the symbol plane.
 
-The paths that leave a joint of wall and semicircle at all angles theta have their own points (gamma, delta) in
-the symbol plane (`orbitdb.symbols.plane`). As theta grows from 0 to pi, gamma rises and delta falls. These
-points are the *front*: no path of the billiard has a point beyond it, because gamma and delta rise together
-along a wall or semicircle, and the front is where it ends.
+The paths that leave a joint of wall and semicircle at all angles theta have points (gamma, delta) in the
+symbol plane (`orbitdb.symbols.plane`). As theta grows from 0 to pi, gamma rises and delta falls. The curve of
+these points is the *front*. No path has a point beyond it, because gamma and delta rise together along a wall
+or semicircle, and the joint is its end.
 
 The four joints are images of one another, so all fronts follow from the paths that leave the joint (-a, -1).
-As bounces on the bottom wall, they bound all bounces on walls from above; as bounces on the left semicircle,
-all bounces on semicircles. The joint at the other end bounds them from below: its front is the first one,
-turned by half a turn about (1/2, 1/2). By time reversal, delta at theta is gamma at pi - theta.
+As bounces on the bottom wall they bound the points of walls from above, and as bounces on the left semicircle
+those of semicircles. The joint at the other end bounds them from below: its front is the first one, turned by
+half a turn about (1/2, 1/2). By time reversal, delta at theta is gamma at pi - theta.
 
-Everything here is measured, not proved: the order of the paths, that a word whose points all lie on the
-allowed side is an orbit, and the paths themselves, which doubles follow for `LETTERS` bounces. Statuses never
-depend on it.
+All of this is measured, not proved: the order of the paths, that a word without a point beyond a front is an
+orbit, and the paths themselves, which are followed in double precision. No status depends on it.
 
 Source: pruning fronts are Hansen's.
 """
 
 import math
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from orbitdb.arrays import Floats, Integers, Marks, Words
 from orbitdb.billiard.stadium import Stadium, as_stadium
+from orbitdb.extras import Drawn
 from orbitdb.symbols.plane import ANTICLOCKWISE, CLOCKWISE, PIECE, ordinate, symbol_plane
+from orbitdb.text import exact
 from orbitdb.trajectories.trajectory import Rays, bounce
 
 ANGLES = 1 << 12
@@ -34,21 +36,69 @@ ANGLES = 1 << 12
 _BISECTIONS = 60
 """Number of bisections after which neighbouring angles are equal."""
 
-_LEFT = 3
-"""The piece of the boundary that is the left semicircle."""
 
+@dataclass(frozen=True, eq=False)
+class Front(Drawn):
+    """The upper front of the bounces on straight walls, or of those on semicircles.
 
-class Front(NamedTuple):
-    """The upper front of the bounces on walls or on semicircles; all arrays have shape (T,)."""
+    `plot` draws it with the lower front and what both forbid.
 
-    angle: Floats  # theta in (0, pi), between the outgoing path and the boundary (radians)
-    gamma: Floats  # does not fall
-    delta: Floats  # does not rise
+    Attributes
+    ----------
+    stadium : Stadium
+    curved : bool
+        Whether the bounces are on semicircles.
+    angle : ndarray, shape (T,)
+        Angles in (0, pi) between the boundary, anticlockwise, and the paths that leave the joint (radians).
+    gamma, delta : ndarray, shape (T,)
+        The points of these paths. gamma does not fall, delta does not rise.
+    """
 
-    @property
-    def lower(self) -> "Front":
-        """The lower front of the same bounces, its points also from left to right."""
-        return Front(self.angle, 1 - self.gamma[::-1], 1 - self.delta[::-1])
+    stadium: Stadium
+    curved: bool
+    angle: Floats
+    gamma: Floats
+    delta: Floats
+
+    @classmethod
+    def of(cls, stadium: Stadium, curved: bool) -> "Front":
+        """Return the front of a stadium at `ANGLES` angles."""
+        angle = (np.arange(ANGLES) + 0.5) * (math.pi / ANGLES)
+        gamma, delta = points_of_joint(stadium, angle, curved)
+        return cls(stadium, curved, angle, np.maximum.accumulate(gamma), np.minimum.accumulate(delta))
+
+    def below(self, gamma: Floats, delta: Floats) -> Marks:
+        """Tell which points, shape (N,), are below the front.
+
+        A point is below the front if a point of the front has both a larger gamma and a larger delta. It is
+        beyond the front if one has both smaller. If neighbouring angles decide neither, they are bisected.
+        Points on the front are not below it.
+        """
+        angle, gammas, deltas = (
+            np.concatenate([[first], values, [last]])
+            for first, values, last in (
+                (0.0, self.angle, math.pi), (-np.inf, self.gamma, np.inf), (np.inf, self.delta, -np.inf)
+            )
+        )  # fmt: skip
+        after = np.searchsorted(gammas, gamma, side="right")
+        below = deltas[after] > delta
+        before = np.searchsorted(gammas, gamma, side="left") - 1
+        left = np.flatnonzero(~below & (deltas[before] >= delta))
+        low, high = angle[before[left]], angle[after[left]]
+        for _ in range(_BISECTIONS):
+            if not len(left):
+                break
+            middle = (low + high) / 2
+            new_gamma, new_delta = points_of_joint(self.stadium, middle, self.curved)
+            right, lower = new_gamma > gamma[left], new_delta < delta[left]
+            below[left] = right & (new_delta > delta[left])
+            low, high = np.where(right, low, middle), np.where(right, middle, high)
+            still = right == lower
+            left, low, high = left[still], low[still], high[still]
+        return below
+
+    def _figure(self) -> tuple[str, Sequence[Any], str]:
+        return "symbol_plane.draw_plane", (self,), f"pruning front at a = {exact(self.stadium.a)}"
 
 
 class PruningFront:
@@ -58,36 +108,36 @@ class PruningFront:
     ----------
     stadium : Stadium or float
         The stadium, or its half length.
-    angles : int, optional
-        Number of angles at which to follow the paths from the joint.
 
     Attributes
     ----------
     stadium : Stadium
     walls, semicircles : Front
-        The upper fronts of bounces on straight walls and on semicircles.
+        The fronts of the bounces on straight walls and of those on semicircles.
+
+    Notes
+    -----
+    The front is computed in double precision, and nothing about it is proved. It agrees with every certified
+    status that was compared, but use the status.
 
     Examples
     --------
     >>> from orbitdb.symbols.words import from_strings
-    >>> PruningFront(1.6).allows(from_strings(["12113553", "11335555"])).tolist()
+    >>> PruningFront(1.6).allows(from_strings(["01133", "01132"])).tolist()
     [True, False]
     """
 
-    def __init__(self, stadium: Stadium | float, angles: int = ANGLES) -> None:
+    def __init__(self, stadium: Stadium | float) -> None:
         self.stadium = as_stadium(stadium)
-        theta = (np.arange(angles) + 0.5) * (math.pi / angles)
-        self.walls, self.semicircles = (self._front(theta, curved) for curved in (False, True))
+        self.walls, self.semicircles = (Front.of(self.stadium, curved) for curved in (False, True))
 
-    def _front(self, theta: Floats, curved: bool) -> Front:
-        gamma, delta = points_of_joint(self.stadium, theta, curved)
-        return Front(theta, np.maximum.accumulate(gamma), np.minimum.accumulate(delta))
+    def __repr__(self) -> str:
+        return f"<pruning front at a = {exact(self.stadium.a)}>"
 
     def allows(self, words: Words) -> Marks:
-        """Tell which admissible words, shape (N, p), have no point beyond a front, shape (N,).
+        """Tell which admissible words, shape (N, p), have all points inside the fronts, shape (N,).
 
-        These are the orbits. Words with a bounce exactly at a joint have a point on a front, and are not
-        allowed.
+        A word whose path runs through a joint has a point on a front, and is not allowed.
 
         Raises
         ------
@@ -97,7 +147,7 @@ class PruningFront:
         return self.allows_points(symbol_plane(words), PIECE[words] % 2 == 1).all(axis=1)
 
     def allows_points(self, points: Floats, curved: Marks) -> Marks:
-        """Tell which points of the plane are on the allowed sides of both of their fronts.
+        """Tell which points are inside the fronts, both the upper and the lower one.
 
         Parameters
         ----------
@@ -107,40 +157,11 @@ class PruningFront:
             Whether the points belong to bounces on semicircles.
         """
         allowed = np.empty(curved.shape, dtype=np.bool_)
-        for kind, front in ((False, self.walls), (True, self.semicircles)):
-            gamma, delta = points[curved == kind].T
-            allowed[curved == kind] = self._below(front, kind, gamma, delta) & self._below(
-                front, kind, 1 - gamma, 1 - delta
-            )
+        for front in (self.walls, self.semicircles):
+            chosen = curved == front.curved
+            gamma, delta = points[chosen].T
+            allowed[chosen] = front.below(gamma, delta) & front.below(1 - gamma, 1 - delta)
         return allowed
-
-    def _below(self, front: Front, curved: bool, gamma: Floats, delta: Floats) -> Marks:
-        """Tell which points are below an upper front.
-
-        A point is below the front if a point of the front has both a larger gamma and a larger delta, and
-        beyond it if one has both smaller. If the two neighbouring angles decide neither, they are bisected.
-        """
-        angle, fronts_gamma, fronts_delta = (
-            np.concatenate([[first], values, [last]])
-            for values, first, last in zip(front, (0, -np.inf, np.inf), (math.pi, np.inf, -np.inf), strict=True)
-        )
-        right = np.searchsorted(fronts_gamma, gamma, side="right")
-        below = fronts_delta[right] > delta
-        left = right - 1
-        beyond = (fronts_gamma[left] < gamma) & (fronts_delta[left] < delta)
-        open_ = np.flatnonzero(~below & ~beyond)
-        low, high = angle[left[open_]], angle[right[open_]]
-        for _ in range(_BISECTIONS):
-            if not len(open_):
-                break
-            middle = (low + high) / 2
-            g, d = points_of_joint(self.stadium, middle, curved)
-            larger, smaller = g > gamma[open_], d < delta[open_]
-            below[open_[larger & ~smaller & (d > delta[open_])]] = True
-            low, high = np.where(larger, low, middle), np.where(larger, middle, high)
-            still = larger == smaller
-            open_, low, high = open_[still], low[still], high[still]
-        return below
 
 
 def points_of_joint(stadium: Stadium, theta: Floats, curved: bool) -> tuple[Floats, Floats]:
@@ -157,7 +178,7 @@ def points_of_joint(stadium: Stadium, theta: Floats, curved: bool) -> tuple[Floa
 
 
 def letters(rays: Rays, a: float) -> Iterator[Words]:
-    """Yield the letters of paths just after a bounce, one array of shape (N,) for each bounce, without end."""
+    """Yield the letters of paths that leave a bounce, an array of shape (N,) for each bounce, without end."""
     piece = _pieces(rays)
     while True:
         after = bounce(rays, a).rays
