@@ -13,7 +13,7 @@ from solutions import real, solved, words_of
 from orbitdb import Catalogue, PruningFront, Stadium, solve, symbol_plane
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.symbols.enumeration import representatives
-from orbitdb.symbols.plane import LETTERS, PIECE, ordinate
+from orbitdb.symbols.plane import ordinate
 from orbitdb.trajectories.pruning_front import letters
 from orbitdb.trajectories.trajectory import Rays
 
@@ -88,16 +88,16 @@ def test_the_flow_from_a_bounce_has_the_letters_of_its_word(a):
     np.testing.assert_allclose(found.reshape(*words.shape, 2), symbol_plane(words), rtol=0, atol=1e-4)
 
 
-@pytest.mark.parametrize("a", slow_but([0.5, 1.0, 1.6], [0.1, 0.5, 0.73, 1.0, 1.57, 1.6, 2.3, 5.0]))
+@pytest.mark.parametrize("a", slow_but([0.5, 1.6, 5.0], [0.1, 0.5, 0.73, 1.0, 1.57, 1.6, 2.3, 5.0]))
 def test_every_status_follows_from_the_front(a):
-    """The solver and the front share nothing; a = 1 has orbits through joints, which the front forbids."""
+    """The solver and the front share nothing. Orbits through joints, as at a = 0.5, are not allowed."""
     front = PruningFront(a)
     boundary = 0
     for p in range(2, 10):
         orbits = solved(p, a)
         np.testing.assert_array_equal(front.allows(words_of(p)), real(orbits))
         boundary += (orbits.status == "boundary").sum()
-    assert (boundary > 0) == (a == 1.0)
+    assert boundary > 0 or a not in (0.5, 1.0)
 
 
 def test_table_1_follows_from_the_front():
@@ -109,32 +109,38 @@ def test_table_1_follows_from_the_front():
     assert counts == [1, 8, 32, 80, 188, 376, 1424, 4104, 11064, 29880]
 
 
-@given(st.floats(-1.3, 1.3).map(lambda power: 10.0**power), seeds)
+widths = st.floats(-0.8, 0.7).map(lambda power: 10.0**power)
+
+
+@given(widths, seeds)
 def test_no_path_has_a_point_beyond_the_front(a, seed):
-    rays = random_rays(Stadium(a), 200, np.random.default_rng(seed))
-    points = np.stack([gamma_of(rays, a), gamma_of(reversed_rays(rays, a), a)], axis=-1)
-    assert PruningFront(a).allows_points(points, rays.side != 0).all()
+    """Points are moved inwards by 1e-6: paths between the walls are alike for more than 27 letters."""
+    rays = random_rays(Stadium(a), 500, np.random.default_rng(seed))
+    points = np.stack([gamma_of(rays, a), gamma_of(reversed_rays(rays, a), a)])
+    front = PruningFront(a)
+    for each in (front.walls, front.semicircles):
+        gamma, delta = points[:, (rays.side != 0) == each.curved]
+        assert each.below(gamma - 1e-6, delta - 1e-6).all()
+        assert each.below(1 - gamma - 1e-6, 1 - delta - 1e-6).all()
 
 
-@given(st.floats(-1.3, 1.3).map(lambda power: 10.0**power), st.integers(0, 3))
-def test_the_fronts_of_all_ends_are_images_of_one_another(a, piece):
-    """Paths from the first end of a piece, anticlockwise, have the upper front of walls or the lower one.
+@given(widths)
+def test_every_end_of_a_wall_or_semicircle_has_the_same_front_turned_or_not(a):
+    """The first end of a wall, anticlockwise, has its upper front; that of a semicircle has its lower one.
 
-    Near the ends of the front, and where paths meet joints, rounding decides the last letters.
+    The flow differs from end to end by rounding, which may change the last of the 27 letters.
     """
     front = PruningFront(a)
-    each = front.semicircles if piece % 2 else front.walls
-    theta = each.angle[100:-100:37]
-    points = []
-    for end in (0.0, EXTENT[piece % 2]):
-        rays = leaving(a, piece, np.full(len(theta), end), theta)
-        points.append((gamma_of(rays, a), gamma_of(reversed_rays(rays, a), a)))
-    upper, lower = points[::-1] if piece % 2 else points
-    for found, expected in ((upper, (each.gamma, each.delta)), (lower, (each.lower.gamma, each.lower.delta))):
-        wanted = [part[100:-100:37] for part in expected]
-        far = np.abs(np.subtract(found, wanted)).max(axis=0)
-        assert np.median(far) < 1e-6
-    np.testing.assert_allclose(each.delta, each.gamma[::-1], rtol=0, atol=1e-9)
+    for piece in range(4):
+        each = front.semicircles if piece % 2 else front.walls
+        some = slice(100, -100, 41)  # as many on either side of the right angle
+        theta = each.angle[some]
+        for along in (0.0, EXTENT[piece % 2]):
+            rays = leaving(a, piece, np.full(len(theta), along), theta)
+            found = np.stack([gamma_of(rays, a), gamma_of(reversed_rays(rays, a), a)])
+            if bool(along) != bool(piece % 2):
+                found = 1 - found[:, ::-1]
+            np.testing.assert_allclose(found, [each.gamma[some], each.delta[some]], rtol=0, atol=1e-6)
 
 
 @pytest.mark.parametrize("a", SOME_A)
@@ -167,8 +173,3 @@ def test_a_catalogue_has_the_front_of_its_stadium(filled):
     chosen = catalogue.select(p=7)
     words, _ = catalogue.select(p=7, coordinates=True).of_period(7)
     np.testing.assert_array_equal(catalogue.pruning_front().allows(words), chosen.status == "orbit")
-
-
-def test_a_gamma_has_as_many_letters_as_doubles_can_tell_apart():
-    assert 2.0**-LETTERS > 1e-9
-    assert PIECE[np.arange(6)].tolist() == [0, 3, 2, 1, 3, 1]
