@@ -33,7 +33,7 @@ EXAMPLES = (
     "plot phase-space --p 2-8 --reversal self -o phase-space.png",
 )
 
-_SHOWN = (f"  {name:11} {drawing.shows}" for name, drawing in DRAWINGS.items())
+_SHOWN = (f"  {name:12} {drawing.shows}" for name, drawing in DRAWINGS.items())
 AFTERWORD = "\n".join(["\n\b\nFigures:", *_SHOWN, ""])
 _ALWAYS = ("kind", "output", "size", "dpi", "title")
 """Options that every figure takes."""
@@ -105,7 +105,8 @@ def plot(
     if given.levels is None and "levels" in takes:
         options.refuse_idle(context, "without --levels", *OF_FILE)
     if many_a(a) and not drawing.several_a:
-        several_a = " and ".join(name for name in DRAWINGS if DRAWINGS[name].several_a)
+        *others, last = (name for name in DRAWINGS if DRAWINGS[name].several_a)
+        several_a = f"{', '.join(others)} and {last}"
         raise InputError(f"--a gives several values: plot {kind} draws one a; {several_a} draw several")
     if choice.status is None:
         choice = replace(choice, status=drawing.status)

@@ -29,12 +29,14 @@ _WITH_POINTS = (Status.ORBIT, Status.DYNAMICAL)
 
 def draw_symbol_plane(moment: Moment, chosen: Selection) -> Figure:
     """Draw the points of orbits and of dynamically pruned words, with the pruning front."""
-    note_gaps(moment, chosen)
     statuses = tuple(status for status in _WITH_POINTS if status in (chosen.statuses or _WITH_POINTS))
+    if not statuses:
+        raise InputError("only orbits and dynamically pruned words have points: --status orbit,dynamical")
     shown = replace(chosen, statuses=statuses)
-    words = choose(moment, shown) if statuses else ()
+    note_gaps(moment, shown)
+    words = choose(moment, shown)
     if not len(words):
-        note_nothing(moment, shown if statuses else chosen, more=NOTHING)
+        note_nothing(moment, shown, more=NOTHING)
         raise typer.Exit(1)
     if len(words) > MOST_WORDS:
         raise InputError(f"{len(words)} words: draw at most {MOST_WORDS}, such as --p 2-12")

@@ -72,7 +72,8 @@ class Front(Drawn):
 
         A point is below the front if a point of the front has both a larger gamma and a larger delta. It is
         beyond the front if one has both smaller. If neighbouring angles decide neither, they are bisected.
-        Points on the front are not below it.
+        Points on the front are not below it, nor are points where the front jumps in both coordinates; the
+        geometric rules forbid those.
         """
         angle, gammas, deltas = (
             np.concatenate([[first], values, [last]])
