@@ -1,4 +1,4 @@
-"""Figures of the symbol plane: the points of words, the pruning fronts, and what they and the rules forbid."""
+"""Figures of the symbol plane: points of words, the pruning fronts, and what they and the rules forbid."""
 
 from collections.abc import Sequence
 from itertools import cycle
@@ -18,7 +18,7 @@ from orbitdb.text import exact
 from orbitdb.trajectories.pruning_front import Front, PruningFront
 
 _FORBIDDEN, _RULED_OUT, _INSIDE = "#fbe3d6", "#e8e8e8", "#f2b48c"
-"""Colours of what a front forbids, of what the geometric rules forbid, and of pruned words inside the front."""
+"""Colours of what a front forbids, of what the rules forbid, and of pruned words inside the front."""
 
 _STEP = 2e-3
 """Distance in the plane below which points of a front are drawn as one."""
@@ -80,7 +80,7 @@ def fronts(fronts: Sequence[PruningFront], title: str) -> Figure:
 
 
 def _two_planes(made: Figure) -> list[Axes]:
-    made.get_layout_engine().set(wspace=_BETWEEN)  # type: ignore[union-attr]
+    made.get_layout_engine().set(wspace=_BETWEEN)  # type: ignore[union-attr, call-arg]
     return list(made.subplots(1, 2))
 
 

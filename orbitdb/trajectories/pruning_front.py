@@ -63,7 +63,7 @@ class Front(Drawn):
     @classmethod
     def of(cls, stadium: Stadium, curved: bool) -> "Front":
         """Return the front of a stadium at `ANGLES` angles."""
-        angle = (np.arange(ANGLES) + 0.5) * (math.pi / ANGLES)
+        angle = np.arange(0.5, ANGLES) * np.float64(math.pi / ANGLES)
         gamma, delta = points_of_joint(stadium, angle, curved)
         return cls(stadium, curved, angle, np.maximum.accumulate(gamma), np.minimum.accumulate(delta))
 
@@ -145,7 +145,8 @@ class PruningFront:
         WordError
             If the argument is not an array of admissible words.
         """
-        return self.allows_points(symbol_plane(words), PIECE[words] % 2 == 1).all(axis=1)
+        inside: Marks = self.allows_points(symbol_plane(words), PIECE[words] % 2 == 1).all(axis=1)
+        return inside
 
     def allows_points(self, points: Floats, curved: Marks) -> Marks:
         """Tell which points are inside the fronts, both the upper and the lower one.

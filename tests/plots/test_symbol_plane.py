@@ -128,7 +128,9 @@ def test_words_without_points_are_refused(known, capsys, monkeypatch):
 def test_the_command_draws_points_at_one_a_and_fronts_at_several(cli, known, tmp_path):
     target = tmp_path / "plane.svg"
     done = cli("plot", "symbol-plane", "--p", "2-4", "--db", str(known.path), "-o", str(target))
-    assert done.err.endswith(f"orbits and dynamically pruned words of period 2 to 4 at a = 1.6, in {target}\n")
+    assert done.err.endswith(
+        f"orbits and dynamically pruned words of period 2 to 4 at a = 1.6, in {target}\n"
+    )
     done = cli("plot", "symbol-plane", "--a", "1", "--a", "2", "-o", str(tmp_path / "fronts.svg"))
     assert done.code == 0
     assert "<image" not in (tmp_path / "fronts.svg").read_text()

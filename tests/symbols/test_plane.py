@@ -1,5 +1,6 @@
 """The symbol plane: gamma and delta by hand, under the symmetries, and blocks of symbols as intervals."""
 
+import itertools
 from fractions import Fraction
 
 import numpy as np
@@ -47,9 +48,7 @@ def test_symmetries_act_on_the_plane(word, g):
 def test_points_belong_to_bounces_in_any_rotation_and_repetition(word, shift):
     words = from_strings([word])
     points = symbol_plane(words)
-    np.testing.assert_array_equal(
-        symbol_plane(np.roll(words, shift, axis=1)), np.roll(points, shift, axis=1)
-    )
+    np.testing.assert_array_equal(symbol_plane(np.roll(words, shift, axis=1)), np.roll(points, shift, axis=1))
     np.testing.assert_array_equal(symbol_plane(np.tile(words, 2)), np.tile(points, (1, 2, 1)))
 
 
@@ -65,12 +64,12 @@ def test_a_block_of_symbols_is_an_interval(steps, past):
             path = [word[(n - k if past else n + k) % 8] for k in range(steps + 1)]
             block = tuple(
                 f"{PIECE[after]} {after if PIECE[now] == PIECE[after] else ''}"
-                for now, after in zip(path, path[1:], strict=False)
+                for now, after in itertools.pairwise(path)
             )
             ways.setdefault(PIECE[path[0]], []).append((value, block))
     for points in ways.values():
         blocks = [block for _, block in sorted(points)]
-        changes = sum(one != two for one, two in zip(blocks, blocks[1:], strict=False))
+        changes = sum(one != two for one, two in itertools.pairwise(blocks))
         assert changes == len(set(blocks)) - 1 > 1
 
 
