@@ -80,7 +80,7 @@ def fronts(fronts: Sequence[PruningFront], title: str) -> Figure:
 
 
 def _two_planes(made: Figure) -> list[Axes]:
-    made.get_layout_engine().set(wspace=_BETWEEN)  # type: ignore[union-attr, call-arg]
+    made.set_layout_engine("constrained", wspace=_BETWEEN)
     return list(made.subplots(1, 2))
 
 

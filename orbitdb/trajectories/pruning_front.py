@@ -145,8 +145,8 @@ class PruningFront:
         WordError
             If the argument is not an array of admissible words.
         """
-        inside: Marks = self.allows_points(symbol_plane(words), PIECE[words] % 2 == 1).all(axis=1)
-        return inside
+        inside = self.allows_points(symbol_plane(words), PIECE[words] % 2 == 1)
+        return np.all(inside, axis=1)
 
     def allows_points(self, points: Floats, curved: Marks) -> Marks:
         """Tell which points are inside the fronts, both the upper and the lower one.
