@@ -117,7 +117,7 @@ def plot(
         made = _of_wave(drawing, codes, k, given, a, db)
     elif drawing is FRONTS:
         with progress("drawing"):
-            made = _draw(drawing, meant(db, a))
+            made = _draw(drawing, meant(db, a), inches)
     elif "words" in takes:
         made = _of_words(kind, drawing, codes, a, db, inches)
     else:

@@ -66,6 +66,7 @@ DRAWINGS: dict[Kind, Drawing] = {
         "symbol_plane.draw_symbol_plane",
         _OF_SUBSET,
         "future and past of each bounce, and the pruning front",
+        ("size",),
         several_a=True,
         status="orbit,dynamical",
     ),

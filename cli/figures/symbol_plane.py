@@ -12,7 +12,7 @@ from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.errors import InputError
 from orbitdb.orbits.status import Status
 from orbitdb.plots import symbol_plane
-from orbitdb.plots.symbol_plane import Points
+from orbitdb.plots.symbol_plane import Points, Size
 from orbitdb.store.connection import Moment
 from orbitdb.store.query import choose
 from orbitdb.store.rows import blocks_of
@@ -27,7 +27,7 @@ MOST_WORDS = 1_000_000
 _WITH_POINTS = (Status.ORBIT, Status.DYNAMICAL)
 
 
-def draw_symbol_plane(moment: Moment, chosen: Selection) -> Figure:
+def draw_symbol_plane(moment: Moment, chosen: Selection, size: Size | None = None) -> Figure:
     """Draw the points of orbits and of dynamically pruned words, with the pruning front."""
     statuses = tuple(status for status in _WITH_POINTS if status in (chosen.statuses or _WITH_POINTS))
     if not statuses:
@@ -48,10 +48,10 @@ def draw_symbol_plane(moment: Moment, chosen: Selection) -> Figure:
             orbit = np.array([states[place] == Status.ORBIT for place in places.tolist()])
             parts.append(Points.of(from_strings([codes[place] for place in places.tolist()]), orbit))
     points = Points(*map(np.concatenate, zip(*parts, strict=True)))
-    return symbol_plane.symbol_plane(PruningFront(chosen.a), points, shown.describe())
+    return symbol_plane.symbol_plane(PruningFront(chosen.a), points, shown.describe(), size)
 
 
-def draw_fronts(values: Sequence[float]) -> Figure:
+def draw_fronts(values: Sequence[float], size: Size | None = None) -> Figure:
     """Draw the pruning fronts at several a."""
     fronts = [PruningFront(a) for a in values]
-    return symbol_plane.fronts(fronts, f"pruning fronts at a = {', '.join(map(exact, values))}")
+    return symbol_plane.fronts(fronts, f"pruning fronts at a = {', '.join(map(exact, values))}", size)

@@ -28,9 +28,9 @@ _CELLS, _FINENESS = (80, 500), 1.4
 
 _NEXT = {
     False: ("right\n3, 5", "top\n2", "left\n1, 4"),
-    True: ("run up\n3", "top\n2", "left\n1, 4", "bottom\n0", "run down\n5"),
+    True: ("up\n3", "top\n2", "left\n1, 4", "bottom\n0", "down\n5"),
 }
-_BEFORE = {False: _NEXT[False], True: ("run down\n5", *_NEXT[True][1:-1], "run up\n3")}
+_BEFORE = {False: _NEXT[False], True: ("down\n5", *_NEXT[True][1:-1], "up\n3")}
 """Names of the intervals of gamma and of delta, which are equal, for walls and for semicircles."""
 
 _TITLES = {
@@ -57,31 +57,38 @@ class Points(NamedTuple):
         return cls(plane, (PIECE[words] % 2 == 1).ravel(), np.repeat(orbit, words.shape[1]))
 
 
-def symbol_plane(front: PruningFront, points: Points, title: str) -> Figure:
-    """Draw the points of words in both planes, with the fronts and what they forbid."""
-    with figure(*_SIZE, title) as made:
+Size = tuple[float, float]
+
+
+def symbol_plane(front: PruningFront, points: Points, title: str, size: Size | None = None) -> Figure:
+    """Draw the points of words in both planes, with the fronts and what they forbid.
+
+    The planes are side by side, or one below the other if the size is higher than wide.
+    """
+    with figure(*(size or _SIZE), title) as made:
         for ax, each in zip(_two_planes(made), (front.walls, front.semicircles), strict=True):
             draw_plane(ax, each)
             draw_points(ax, each, Points(*(part[points.curved == each.curved] for part in points)))
     return made
 
 
-def fronts(fronts: Sequence[PruningFront], title: str) -> Figure:
-    """Draw the fronts of several stadiums in both planes."""
-    with figure(*_SIZE, title) as made:
-        left, right = _two_planes(made)
+def fronts(fronts: Sequence[PruningFront], title: str, size: Size | None = None) -> Figure:
+    """Draw the fronts of several stadiums in both planes, arranged as in `symbol_plane`."""
+    with figure(*(size or _SIZE), title) as made:
+        first, second = _two_planes(made)
         for front, colour in zip(fronts, cycle(INKS.values()), strict=False):
             label = f"$a = {exact(front.stadium.a)}$"
-            _draw_front(left, front.walls, colour, label)
-            _draw_front(right, front.semicircles, colour, label)
-        for ax, curved in ((left, False), (right, True)):
+            _draw_front(first, front.walls, colour, label)
+            _draw_front(second, front.semicircles, colour, label)
+        for ax, curved in ((first, False), (second, True)):
             _draw_frame(ax, curved)
     return made
 
 
 def _two_planes(made: Figure) -> list[Axes]:
+    wide, high = made.get_size_inches()
     made.set_layout_engine("constrained", wspace=_BETWEEN)
-    return list(made.subplots(1, 2))
+    return list(made.subplots(1, 2) if wide >= high else made.subplots(2, 1))
 
 
 def draw_plane(ax: Axes, front: Front) -> None:
@@ -103,9 +110,9 @@ def draw_points(ax: Axes, front: Front, points: Points) -> None:
     column, row = (np.minimum((values * size).astype(np.intp), size - 1) for values in (gamma, delta))
     image = np.zeros((size, size, 4))
     for chosen, colour, label in (
-        (~points.orbit & inside, _INSIDE, "dynamically pruned words"),
+        (~points.orbit & inside, _INSIDE, "pruned, inside"),
         (points.orbit, BLUE, "orbits"),
-        (~points.orbit & ~inside, ORANGE, "their points beyond the front"),
+        (~points.orbit & ~inside, ORANGE, "pruned, beyond"),
     ):
         if chosen.any():
             image[row[chosen], column[chosen]] = to_rgba(colour)

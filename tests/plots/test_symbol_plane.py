@@ -56,7 +56,7 @@ def test_every_point_is_drawn_in_the_colour_of_its_word(known):
         size = len(image.get_array())
         assert filled == {tuple(place[::-1]) for place in (every * size).astype(int).tolist()}
         assert ax.get_xlim() == ax.get_ylim() == (0, 1)
-    words = ["dynamically pruned words", "orbits", "their points beyond the front"]
+    words = ["pruned, inside", "orbits", "pruned, beyond"]
     assert legend(made.axes[0]) == ["pruning front", *words]
     assert made.get_suptitle() == "orbits and dynamically pruned words of period 2 to 6 at a = 1.6"
 
@@ -137,3 +137,10 @@ def test_the_command_draws_points_at_one_a_and_fronts_at_several(cli, known, tmp
     refused = cli("plot", "symbol-plane", "--a", "1", "--a", "2", "--p", "3", "-o", str(tmp_path / "x.svg"))
     assert refused.code == 2
     assert "--p does nothing with several a" in refused.err
+
+
+def test_a_figure_higher_than_wide_has_one_plane_below_the_other():
+    for size, beside in (((7.2, 4.8), True), ((3.4, 7.4), False)):
+        first, second = (ax.get_position() for ax in figures.draw_fronts((1.6,), size).axes)
+        assert (first.y0 == second.y0) == beside
+        assert (first.x0 == second.x0) != beside
