@@ -7,6 +7,7 @@ import pytest
 import typer
 from contents import answer
 from figures import legend, named
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from there import there
 
@@ -140,7 +141,9 @@ def test_the_command_draws_points_at_one_a_and_fronts_at_several(cli, known, tmp
 
 
 def test_a_figure_higher_than_wide_has_one_plane_below_the_other():
-    for size, beside in (((7.2, 4.8), True), ((3.4, 7.4), False)):
-        first, second = (ax.get_position() for ax in figures.draw_fronts((1.6,), size).axes)
-        assert (first.y0 == second.y0) == beside
-        assert (first.x0 == second.x0) != beside
+    for size, places in (((7.2, 4.8), [False, True]), ((3.4, 7.4), [True, False])):
+        made = figures.draw_fronts((1.6,), size)
+        FigureCanvasAgg(made).draw()
+        first, second = (ax.get_window_extent() for ax in made.axes)
+        assert [first.y0 > second.y1, first.x1 < second.x0] == places
+        assert first.width == pytest.approx(second.width, abs=1)
