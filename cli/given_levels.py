@@ -16,7 +16,7 @@ from orbitdb.text import real
 if TYPE_CHECKING:
     from orbitdb.arrays import Floats
     from orbitdb.quantum.weyl import Parity
-    from orbitdb.store.connection import Moment
+    from sqlalchemy import Connection
 
 Table: TypeAlias = "list[tuple[Parity | None, float]]"
 """For each level in a file, its parity (None if not given) and its value: k, an energy or a frequency."""
@@ -75,7 +75,7 @@ class GivenLevels:
         """Return the levels k of one parity or of all, in ascending order; None if no file is given."""
         return None if self.levels is None else self._of(self._table(self.levels), parity)
 
-    def by_parity(self, moment: "Moment", a: float) -> "dict[Parity, Floats]":
+    def by_parity(self, moment: "Connection", a: float) -> "dict[Parity, Floats]":
         """Return the levels of each parity, from the file or the catalogue."""
         from orbitdb.answers.levels import levels_from_zero
         from orbitdb.billiard.stadium import Stadium

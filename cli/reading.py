@@ -21,7 +21,7 @@ from orbitdb.store.paths import default_path
 from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
-    from orbitdb.store.connection import Moment
+    from sqlalchemy import Connection
     from orbitdb.store.file import Migration
     from orbitdb.store.rows import Chosen
     from orbitdb.store.selection import Selection
@@ -76,27 +76,24 @@ def asked_columns(
 
 
 @contextmanager
-def reading(db: Path, asked: Asked, choice: Choice) -> "Iterator[tuple[Moment, tuple[Selection, ...]]]":
+def reading(db: Path, asked: Asked, choice: Choice) -> "Iterator[tuple[Connection, tuple[Selection, ...]]]":
     """Open a catalogue at one moment; yield it with the subset that the options choose at each a."""
     from orbitdb.store.file import reading as opened
 
     values = named(asked)
     chosen = choice.at(values[0] if values else USUAL_A)  # reports wrong options first
     with opened(db) as moment:
-        _note_rotations(chosen)
+        _check_filter(chosen)
         values = values or _stored(moment, asked, db)
         yield moment, tuple(replace(chosen, a=a) for a in values)
 
 
-def _note_rotations(chosen: "Selection") -> None:
-    """Check the SQL filter; write a note if it compares a code with a rotation that no row contains."""
-    if chosen.where is None:
-        return
-    from orbitdb.store.where import check, hint
+def _check_filter(chosen: "Selection") -> None:
+    """Raise `SelectionError` if the SQL filter is wrong."""
+    if chosen.where is not None:
+        from orbitdb.store.where import check
 
-    check(chosen.where, dict(chosen.parameters))
-    if (advice := hint(chosen.where)) is not None:
-        note(advice)
+        check(chosen.where, dict(chosen.parameters))
 
 
 def bring(path: Path) -> "Migration":
@@ -134,7 +131,7 @@ def meant(db: Path, asked: Asked) -> tuple[float, ...]:
         return _stored(moment, asked, db)
 
 
-def _stored(moment: "Moment", asked: Asked, path: Path) -> tuple[float, ...]:
+def _stored(moment: "Connection", asked: Asked, path: Path) -> tuple[float, ...]:
     """Return every a with orbits or sweeps for --a all, or else the default a; note an unusual default."""
     from orbitdb.store.lookup import WITH_ORBITS, a_meant, a_values
 
@@ -145,7 +142,7 @@ def _stored(moment: "Moment", asked: Asked, path: Path) -> tuple[float, ...]:
     return (a,)
 
 
-def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p") -> None:
+def note_gaps(moment: "Connection", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p") -> None:
     """Write notes on chosen periods that are partly filled, not filled, or lack births that are needed."""
     from orbitdb.answers.completeness import gaps
 
@@ -154,7 +151,7 @@ def note_gaps(moment: "Moment", *stadiums: "Selection", names: Sequence[str] = (
             note(text)
 
 
-def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> None:
+def note_nothing(moment: "Connection", *stadiums: "Selection", more: str = "") -> None:
     """Write a note for each empty subset that includes a filled period."""
     from orbitdb.answers.completeness import nothing
 
@@ -170,7 +167,7 @@ _falling: Callable[[Any], Any] = cmp_to_key(
 
 
 def in_order(
-    moment: "Moment",
+    moment: "Connection",
     subsets: "Sequence[Chosen]",
     names: tuple[str, ...],
     order: str,
@@ -212,10 +209,11 @@ def described(stadiums: "Sequence[Selection]", total: int | None = None, classes
 
 
 def provenance(
-    moment: "Moment", stadiums: "Sequence[Selection]", many: bool, classes: bool = False
+    moment: "Connection", stadiums: "Sequence[Selection]", many: bool, classes: bool = False
 ) -> dict[str, Any]:
     """Return the provenance of rows; if `many`, its a and partial periods are lists with one item per a."""
     from orbitdb.answers.completeness import partial_periods
+    from orbitdb.store.connection import path_of
 
     values = [chosen.a for chosen in stadiums]
     partial = [partial_periods(moment, chosen) for chosen in stadiums]
@@ -223,7 +221,7 @@ def provenance(
         "orbitdb": __version__,
         "selection": described(stadiums, classes=classes),
         "a": values if many else values[0],
-        "database": str(moment.path.resolve()),
+        "database": str(path_of(moment).resolve()),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "partial": partial if many else partial[0],
     }

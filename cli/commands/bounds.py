@@ -117,7 +117,7 @@ def _kept(db: Path, store: bool | None) -> tuple[Path | None, str]:
     """Return the catalogue to save bounds in, made or updated with --store; or else None and the reason."""
     from orbitdb.filling.records import check_writable
     from orbitdb.store.file import check_file
-    from orbitdb.store.schema import SCHEMA_VERSION
+    from orbitdb.store.tables import SCHEMA_VERSION
 
     if store is False:
         return None, ""

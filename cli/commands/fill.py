@@ -24,7 +24,7 @@ from orbitdb.text import exact, gigabytes, several
 if TYPE_CHECKING:
     from orbitdb.filling.estimate import Need
     from orbitdb.filling.workers import Workers
-    from orbitdb.store.connection import Moment
+    from sqlalchemy import Connection
 
 
 EXAMPLES = {
@@ -292,7 +292,7 @@ def births(
         raise typer.Exit(1)
 
 
-def _ended(moment: "Moment", periods: Sequence[int]) -> list[tuple[object, ...]]:
+def _ended(moment: "Connection", periods: Sequence[int]) -> list[tuple[object, ...]]:
     """Return the lives that end, by period and word, each with the beginning of the word's next life."""
     from orbitdb.store.lives import read_lives
 

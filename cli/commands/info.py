@@ -14,7 +14,7 @@ from orbitdb.errors import InputError
 from orbitdb.text import exact, gigabytes, several
 
 if TYPE_CHECKING:
-    from orbitdb.store.connection import Moment
+    from sqlalchemy import Connection
 
 EXAMPLES = {
     "info": ("info", "info --json"),
@@ -95,7 +95,7 @@ def migrate(db: options.Database) -> None:
         note(f"{db}: created, schema {after}")
 
 
-def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
+def _periods(moment: "Connection", a: float) -> list[tuple[Any, ...]]:
     """Return one row per filled or swept period at a given a."""
     from orbitdb.store.fills import read_fills, read_sweeps
 
@@ -110,17 +110,19 @@ def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
     return rows
 
 
-def _facts(moment: "Moment") -> list[tuple[str, str]]:
+def _facts(moment: "Connection") -> list[tuple[str, str]]:
     """Return the path, size and contents of the catalogue as pairs of a name and a text."""
-    from orbitdb.store.fills import level_windows, room, trajectories
+    from orbitdb.store.connection import path_of
+    from orbitdb.store.contents import room
+    from orbitdb.store.results import level_windows, trajectories
     from orbitdb.store.lives import read_birth_fills
-    from orbitdb.store.schema import SCHEMA_VERSION
+    from orbitdb.store.tables import SCHEMA_VERSION
     from orbitdb.store.selection import written_periods
 
     facts = [
-        ("catalogue", str(moment.path.resolve())),
+        ("catalogue", str(path_of(moment).resolve())),
         ("schema", str(SCHEMA_VERSION)),
-        ("size", gigabytes(moment.path.stat().st_size)),
+        ("size", gigabytes(path_of(moment).stat().st_size)),
     ]
     for name, (count, size) in room(moment).items():
         facts.append((name, f"{count}" if size is None else f"{count}, {size:.0f} bytes each"))
@@ -134,10 +136,10 @@ def _facts(moment: "Moment") -> list[tuple[str, str]]:
     return facts + _enclosures(moment)
 
 
-def _enclosures(moment: "Moment") -> list[tuple[str, str]]:
+def _enclosures(moment: "Connection") -> list[tuple[str, str]]:
     """Return lines with the proved bounds on the entropy; if there are many a, only those that are filled."""
     from orbitdb.entropy.bounds import BALLS
-    from orbitdb.store.fills import bounds_by_a
+    from orbitdb.store.results import bounds_by_a
     from orbitdb.store.lookup import a_values
 
     curve, filled = bounds_by_a(moment), a_values(moment, ["fill"])

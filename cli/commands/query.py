@@ -249,13 +249,11 @@ def sql(
     code('310') finds a word in any rotation.
     """
     from orbitdb.store.file import reading
-    from orbitdb.store.where import hint, parse_parameters, run_statement
+    from orbitdb.store.where import CODES_ARE_TEXTS, parse_parameters, reads_codes, run_statement
 
     values = parse_parameters(parameters or (), statement)
     with reading(db) as moment:
         names, rows = run_statement(moment, statement, values)
-        if (advice := hint(statement)) is not None:
-            note(advice)
         if not output.write(names, rows):
-            note("no rows")
+            note(f"no rows; {CODES_ARE_TEXTS}" if reads_codes(statement) else "no rows")
             raise typer.Exit(1)

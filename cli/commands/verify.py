@@ -18,7 +18,7 @@ from orbitdb.errors import AlteredError
 from orbitdb.text import several
 
 if TYPE_CHECKING:
-    from orbitdb.store.connection import Moment
+    from sqlalchemy import Connection
     from orbitdb.store.selection import Selection
     from orbitdb.verification.checks import Check
 
@@ -78,6 +78,7 @@ def verify(
     choose them, even in a partly filled period. Quantum levels are checked if you choose no rows.
     """
     from orbitdb.answers.completeness import unfilled
+    from orbitdb.store.connection import path_of
     from orbitdb.store.file import reading
     from orbitdb.store.selection import Selection
     from orbitdb.verification.verify import verifiable, verified
@@ -91,7 +92,7 @@ def verify(
     start = time.monotonic()
     missing: list[str] = []
     with reading(db) as moment:
-        stored = verifiable(moment)
+        path, stored = path_of(moment), verifiable(moment)
         stadiums = stored if a is None else [a]
         subset = choice.at(USUAL_A)
         chosen = [replace(subset, a=at) for at in stadiums]  # a stored value may be invalid
@@ -104,7 +105,7 @@ def verify(
         verification = verified(db, chosen, sample, restarts, seed, births, rigorous, jobs, shown)
     for gap in missing:
         note(gap)
-    _report(verification.checks, moment.path, start, restarts, output)
+    _report(verification.checks, path, start, restarts, output)
 
 
 def _verify_dataset(folder: Path, output: Output) -> None:
@@ -147,7 +148,7 @@ def _report(checks: "Sequence[Check]", path: Path, start: float, restarts: int, 
     note(f"{path}: no errors in {counted}, {time.monotonic() - start:.1f} s")
 
 
-def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Iterator[str]":
+def _gaps(moment: "Connection", chosen: "Sequence[Selection]", at_one: bool) -> "Iterator[str]":
     """Yield notes on chosen periods that are partly filled, and on requested periods that are not stored.
 
     At an a without fills, periods that are not stored are only reported if --a was given (`at_one`).

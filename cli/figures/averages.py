@@ -18,15 +18,15 @@ from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.plots import curves
 from orbitdb.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, figure
-from orbitdb.store.connection import Moment
-from orbitdb.store.fills import bounds_by_a
+from sqlalchemy import Connection
+from orbitdb.store.results import bounds_by_a
 from orbitdb.store.lives import read_birth_fills, read_lives
 from orbitdb.store.selection import Selection, joined_spans
 
 NOTHING = ": nothing to draw"
 
 
-def draw_entropy(moment: Moment, chosen: Selection) -> Figure:
+def draw_entropy(moment: Connection, chosen: Selection) -> Figure:
     """Draw K_0 and h_zeta by period, as in Fig. 5 of the paper, with the proved bounds."""
     result = entropy(moment, chosen)
     with figure(6.4, 4.2, _title(result, chosen)) as made:
@@ -34,7 +34,7 @@ def draw_entropy(moment: Moment, chosen: Selection) -> Figure:
     return made
 
 
-def draw_lyapunov(moment: Moment, chosen: Selection, *others: Selection) -> Figure:
+def draw_lyapunov(moment: Connection, chosen: Selection, *others: Selection) -> Figure:
     """Draw the Lyapunov exponents by period from every method, as in Fig. 6 of the paper.
 
     If there are subsets at several a, only the best method of each is drawn.
@@ -76,7 +76,7 @@ _STYLES = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (PURPLE, ":"))
 """Colours and line styles of the highest periods."""
 
 
-def draw_births(moment: Moment, chosen: Selection) -> Figure:
+def draw_births(moment: Connection, chosen: Selection) -> Figure:
     """Draw the share of words that are orbits, the entropy, and the births and deaths, each against a."""
     changes = _changes(moment, chosen)
     shown = [p for p, (places, _) in changes.items() if chosen.includes(p) and places.max(initial=0) > 0]
@@ -110,7 +110,7 @@ def draw_births(moment: Moment, chosen: Selection) -> Figure:
     return made
 
 
-def draw_over_a(moment: Moment, chosen: Selection, grid: Sequence[float] = ()) -> Figure:
+def draw_over_a(moment: Connection, chosen: Selection, grid: Sequence[float] = ()) -> Figure:
     """Draw proved bounds on the entropy against a, with the entropy from births if births are stored.
 
     The bounds are the stored ones or, if a grid is given, those on its points, where missing ones are
@@ -157,7 +157,7 @@ def _mark_end(ax: Axes, a: Floats, values: Floats, p: int) -> None:
                         textcoords="offset points", fontsize=7, color=BLUE, ha=side)  # fmt: skip
 
 
-def _changes(moment: Moment, chosen: Selection) -> Changes:
+def _changes(moment: Connection, chosen: Selection) -> Changes:
     """Return the births and deaths of all whole periods up to the highest chosen one."""
     whole = [fill.p for fill in read_birth_fills(moment) if fill.whole]
     highest = max((p for p in whole if chosen.includes(p)), default=0)

@@ -32,7 +32,7 @@ from orbitdb.quantum.trace_formula import family_count
 from orbitdb.quantum.waves import Wave
 from orbitdb.quantum.waves import waves as all_waves
 from orbitdb.quantum.weyl import Parity, begins_at_zero, check_levels, weyl
-from orbitdb.store.connection import Moment
+from sqlalchemy import Connection
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact
 
@@ -41,7 +41,7 @@ _RIGID = np.linspace(0.5, 25.0, 50)
 _BINS = [n / 5 for n in range(21)]
 
 
-def draw_length_spectrum(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
+def draw_length_spectrum(moment: Connection, chosen: Selection, given: GivenLevels) -> Figure:
     """Draw the length spectrum of the orbits downwards and that of the levels, if there are any, upwards."""
     parity = given.of_one()
     levels = given.read(parity)
@@ -55,7 +55,7 @@ def draw_length_spectrum(moment: Moment, chosen: Selection, given: GivenLevels) 
     return made
 
 
-def draw_levels(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
+def draw_levels(moment: Connection, chosen: Selection, given: GivenLevels) -> Figure:
     """Draw the number of levels below k and its fluctuations, each compared with that from the orbits."""
     stadium, parity = Stadium(chosen.a), given.of_one()
     levels = given.read(parity)
@@ -85,7 +85,7 @@ def draw_levels(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure
     return made
 
 
-def draw_assessment(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
+def draw_assessment(moment: Connection, chosen: Selection, given: GivenLevels) -> Figure:
     """Draw the excess of each level, which increases by 1 at a missing level.
 
     A list that cannot begin with the lowest level is taken as a window.
@@ -101,7 +101,7 @@ def draw_assessment(moment: Moment, chosen: Selection, given: GivenLevels) -> Fi
     return made
 
 
-def draw_spacings(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
+def draw_spacings(moment: Connection, chosen: Selection, given: GivenLevels) -> Figure:
     """Draw the distribution of level spacings, in units of their mean, with those of Wigner and Poisson."""
     a, parts = chosen.a, given.by_parity(moment, chosen.a)
     gaps = np.concatenate([np.diff(unfolded(k, Stadium(a), parity)) for parity, k in parts.items()])
@@ -116,7 +116,7 @@ def draw_spacings(moment: Moment, chosen: Selection, given: GivenLevels) -> Figu
     return made
 
 
-def draw_rigidity(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
+def draw_rigidity(moment: Connection, chosen: Selection, given: GivenLevels) -> Figure:
     """Draw Delta_3 and the number variance for each parity, with and without bouncing balls.
 
     The curves of the GOE and of uncorrelated (Poisson) levels are drawn for comparison.

@@ -28,7 +28,7 @@ from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.plots import paths
 from orbitdb.plots.paths import size_of
 from orbitdb.plots.style import BLUE, GREY, INKS, ORANGE, figure, short
-from orbitdb.store.connection import Moment
+from sqlalchemy import Connection
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import find_word
 from orbitdb.store.query import choose
@@ -121,7 +121,7 @@ _MOST = 500
 
 
 def draw_sheet(
-    moment: Moment, chosen: Selection, limit: int, order: str = "p", size: Size | None = None
+    moment: Connection, chosen: Selection, limit: int, order: str = "p", size: Size | None = None
 ) -> Figure:
     """Draw one orbit of each class of a subset, or only of the first `limit` classes in the given order."""
     chosen = _with_paths(moment, chosen)
@@ -145,7 +145,7 @@ def sheet_of(orbits: Sequence[Orbit], title: str, size: Size | None = None) -> F
     return made
 
 
-def draw_phase_space(moment: Moment, chosen: Selection) -> Figure:
+def draw_phase_space(moment: Connection, chosen: Selection) -> Figure:
     """Draw the bounces of a subset in phase space, coloured by lambda per bounce."""
     stadium, chosen = Stadium(chosen.a), _with_paths(moment, chosen)
     note_gaps(moment, chosen)
@@ -160,7 +160,7 @@ def draw_phase_space(moment: Moment, chosen: Selection) -> Figure:
     return made
 
 
-def draw_lengths(moment: Moment, *subsets: Selection) -> Figure:
+def draw_lengths(moment: Connection, *subsets: Selection) -> Figure:
     """Draw the number of orbits up to length L, and their number per unit length for each period.
 
     If there are subsets at several a, only their numbers up to L are drawn.
@@ -205,7 +205,7 @@ def _draw_ends(ax: Axes, complete: float | None, chosen: Selection, longest: flo
         ax.axvline(limit, color=GREY, linewidth=1, linestyle=":", label=label)
 
 
-def _with_paths(moment: Moment, chosen: Selection) -> Selection:
+def _with_paths(moment: Connection, chosen: Selection) -> Selection:
     """Return the part of a subset that has paths; end the command if the subset has none."""
     statuses = tuple(status for status in chosen.statuses if status in EXISTING)
     if statuses or not chosen.statuses:
@@ -217,7 +217,7 @@ def _with_paths(moment: Moment, chosen: Selection) -> Selection:
     raise _nothing(moment, chosen)
 
 
-def _nothing(moment: Moment, chosen: Selection) -> typer.Exit:
+def _nothing(moment: Connection, chosen: Selection) -> typer.Exit:
     """Report that there is nothing to draw; return the exception that ends the command."""
     note_nothing(moment, chosen, more=NOTHING)
     return typer.Exit(1)

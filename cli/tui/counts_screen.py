@@ -26,8 +26,8 @@ from orbitdb.cli.tui.dialogs import ListDialog, NameList
 from orbitdb.cli.tui.panels.choices import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
 from orbitdb.cli.tui.stored import EVERY
-from orbitdb.store.connection import Moment
-from orbitdb.store.file import Reader
+from sqlalchemy import Connection
+from orbitdb.store.file import Store
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 from orbitdb.store.where import never
@@ -58,7 +58,7 @@ class Histogram(NamedTuple):
 
 
 def tally(
-    moment: Moment, selection: Selection, columns: Sequence[str], cancelled: Callable[[], bool] = never
+    moment: Connection, selection: Selection, columns: Sequence[str], cancelled: Callable[[], bool] = never
 ) -> dict[str, Counter[Any]]:
     """Count the rows of a subset by the values of each of some columns of the view ``class``."""
     chosen = choose(moment, selection, columns=columns, cancelled=cancelled)
@@ -71,7 +71,7 @@ def tally(
 
 
 def histogram(
-    moment: Moment, selection: Selection, column: str, bins: int, cancelled: Callable[[], bool] = never
+    moment: Connection, selection: Selection, column: str, bins: int, cancelled: Callable[[], bool] = never
 ) -> Histogram | None:
     """Count the rows of a subset in at most `bins` bins of a numeric column.
 
@@ -192,7 +192,7 @@ class CountsScreen(OwnScreen[str | None]):
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
 
-    def __init__(self, catalogue: Reader, selection: Selection, column: str) -> None:
+    def __init__(self, catalogue: Store, selection: Selection, column: str) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self.set_reactive(CountsScreen.column, column if column in DRAWN else "length")
@@ -230,7 +230,7 @@ class CountsScreen(OwnScreen[str | None]):
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[dict[str, list[Count]], str]:
         """Return the counts by each of the columns `_BY`, and a note on partial periods."""
-        with self._catalogue.moment() as moment:
+        with self._catalogue.snapshot() as moment:
             tallies = tally(moment, self._selection, _BY, cancelled)
             partly = ", ".join(map(str, partial_periods(moment, self._selection)))
         groups = {name: counts_by(name, counts) for name, counts in tallies.items()}
@@ -244,7 +244,7 @@ class CountsScreen(OwnScreen[str | None]):
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[list[Count], str]:
         """Return the counts of the values of a column, or of ranges of its values, and a note."""
-        with self._catalogue.moment() as moment:
+        with self._catalogue.snapshot() as moment:
             if EVERY[column].kind != "number":  # integers or texts
                 return counts_by(column, tally(moment, self._selection, (column,), cancelled)[column]), ""
             binned = histogram(moment, self._selection, column, bins, cancelled)

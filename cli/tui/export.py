@@ -22,7 +22,7 @@ from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.svg import orbit_svg
-from orbitdb.store.file import Reader
+from orbitdb.store.file import Store
 from orbitdb.store.query import choose
 from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection
@@ -75,7 +75,7 @@ def ask_for_file(
 
 
 def write_rows(
-    catalogue: Reader | None,
+    catalogue: Store | None,
     selection: Selection,
     ordering: Ordering,
     path: Path,
@@ -84,7 +84,7 @@ def write_rows(
     """Write the rows of a subset; once `cancelled` returns True, writing stops and leaves no file."""
     if catalogue is None:
         raise InputError("there are no rows to write")
-    with catalogue.moment() as moment:
+    with catalogue.snapshot() as moment:
         chosen = choose(moment, selection, str(ordering), cancelled=cancelled)
         rows = rows_of(moment, chosen, WRITTEN, cancelled=cancelled)
         if path.suffix == ".parquet":

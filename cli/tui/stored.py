@@ -14,8 +14,8 @@ from orbitdb.answers.export import complete
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.connection import Moment
-from orbitdb.store.file import Reader, check_file
+from sqlalchemy import Connection
+from orbitdb.store.file import Store, check_file
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import a_values, born_with, certificate_of, find_or_solve
 from orbitdb.store.query import position_of
@@ -38,20 +38,20 @@ class CatalogueFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._reader: Reader | None = None
+        self._reader: Store | None = None
         check_file(path)
 
     @property
-    def reader(self) -> Reader | None:
+    def reader(self) -> Store | None:
         if self._reader is None and check_file(self.path) is not None:
-            self._reader = Reader(self.path)
+            self._reader = Store(self.path)
         return self._reader
 
-    def _ask(self, question: Callable[[Moment], Answer], otherwise: Answer) -> Answer:
+    def _ask(self, question: Callable[[Connection], Answer], otherwise: Answer) -> Answer:
         """Return the answer that a question gets from the file, or `otherwise` if there is no file."""
         if self.reader is None:
             return otherwise
-        with self.reader.moment() as moment:
+        with self.reader.snapshot() as moment:
             return question(moment)
 
     def find(self, word: str, a: float) -> Orbit:
@@ -117,7 +117,7 @@ class Pages:
     Without a catalogue there are no rows (`NONE`).
     """
 
-    catalogue: Reader | None
+    catalogue: Store | None
     chosen: Chosen
     fields: Sequence[str]
 
@@ -131,7 +131,7 @@ class Pages:
         number, within = divmod(place, _BLOCK)
         if number not in self._blocks:
             assert self.catalogue is not None
-            with self.catalogue.moment() as moment:
+            with self.catalogue.snapshot() as moment:
                 first = number * _BLOCK
                 self._blocks[number] = list(rows_of(moment, self.chosen, self.fields, first, first + _BLOCK))
         return self._blocks[number][within]
@@ -140,7 +140,7 @@ class Pages:
         """Return the index of the row of a word, given as its least rotation, or None."""
         if self.catalogue is None:
             return None
-        with self.catalogue.moment() as moment:
+        with self.catalogue.snapshot() as moment:
             return position_of(moment, self.chosen, word)
 
 

@@ -64,7 +64,7 @@ class Catalogue(QuantumCatalogue):
         The word consists of symbols 0 to 5, or is in run notation; otherwise a `WordError` is raised.
         """
         symbols = parse(word)
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return find_word(moment, symbols, self._at(a))
 
     def __contains__(self, word: object) -> bool:
@@ -129,7 +129,7 @@ class Catalogue(QuantumCatalogue):
         need_whole("limit", limit or 0, 0)
         need_whole("offset", offset, 0)
         chosen = self._chosen(selection, criteria)
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             most = None if limit is None else limit + offset
             yield from rows_of(moment, choose(moment, chosen, order, most=most), columns, offset, most)
 
@@ -332,5 +332,5 @@ class Catalogue(QuantumCatalogue):
         """
         from orbitdb.answers.identification import identify_length
 
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return identify_length(moment, self._at(a), length, tolerance, limit)

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
     from orbitdb.entropy.bounds import EntropyBounds
     from orbitdb.filling.workers import Workers
-    from orbitdb.store.fills import Contents, Fill, Sweep
+    from orbitdb.store.contents import Contents
+    from orbitdb.store.fills import Fill, Sweep
     from orbitdb.store.lives import BirthFill
     from orbitdb.trajectories.ensemble import Reference
     from orbitdb.verification.verify import Verification
@@ -252,7 +253,7 @@ class FilledCatalogue(StoredCatalogue):
         chosen = self._chosen(selection, criteria)
         selections = [chosen]
         if everywhere:
-            with self._file.moment() as moment:
+            with self._file.snapshot() as moment:
                 selections = [replace(chosen, a=at) for at in verifiable(moment)]
         drawn = _seed(seed)
         with telling(progress, "verify") as tell:

@@ -84,7 +84,7 @@ class QuantumCatalogue(FilledCatalogue):
         """
         from orbitdb.answers.levels import read_spectrum
 
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return read_spectrum(moment, self._at(a), lengths, points, k_max, levels, parity)
 
     def levels(
@@ -113,7 +113,7 @@ class QuantumCatalogue(FilledCatalogue):
 
         if method not in ("elements", "orbits"):
             raise InputError(f"method {method!r}: use elements or orbits")
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             if method == "elements":
                 return levels_from_zero(moment, self._at(a), parity, k_max)
             return levels_from_orbits(moment, self._at(a), k_max, parities_of(one_parity(parity)))
@@ -143,7 +143,7 @@ class QuantumCatalogue(FilledCatalogue):
         """
         from orbitdb.answers.levels import assess_levels
 
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return assess_levels(moment, self._at(a), k, parity, fit_radius, window)[0]
 
     def scars(
@@ -177,7 +177,7 @@ class QuantumCatalogue(FilledCatalogue):
 
         named, at = parities_of(parities), self._at(a)
         if word is None:
-            with self._file.moment() as moment:
+            with self._file.snapshot() as moment:
                 orbits = shortest_orbits(moment, at)
         else:
             orbits = [find_or_solve(self.path, parse_primitive(word), at)]

@@ -4,16 +4,18 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
+from sqlalchemy import Connection
+
 from orbitdb.answers.completeness import describe_fills
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, StoreError, checked_methods
 from orbitdb.extras import Rows
-from orbitdb.store.connection import Moment
-from orbitdb.store.file import Reader
-from orbitdb.store.fills import best_reference, bounds_by_a, read_fills, read_sweeps, tightest_bounds
+from orbitdb.store.file import Store
+from orbitdb.store.fills import read_fills, read_sweeps
 from orbitdb.store.lives import read_birth_fills, read_lives
 from orbitdb.store.lookup import WITH_ORBITS, a_meant, a_values, meant
 from orbitdb.store.paths import default_path, home_expanded
+from orbitdb.store.results import best_reference, bounds_by_a, tightest_bounds
 from orbitdb.store.selection import Criteria, Selection, SelectionError, chosen_by, fillable
 
 if TYPE_CHECKING:
@@ -21,7 +23,8 @@ if TYPE_CHECKING:
 
     from orbitdb.answers.results import Births
     from orbitdb.entropy.bounds import EntropyBounds
-    from orbitdb.store.fills import Contents, Fill, Sweep
+    from orbitdb.store.contents import Contents
+    from orbitdb.store.fills import Fill, Sweep
     from orbitdb.store.lives import BirthFill
     from orbitdb.trajectories.ensemble import Reference
 
@@ -37,7 +40,7 @@ class StoredCatalogue:
 
     def __init__(self, path: Path | str | None = None, a: float | None = None) -> None:
         self._a = None if a is None else Stadium(a).a
-        self._file = Reader(path)
+        self._file = Store(path)
 
     @classmethod
     def create(cls, path: Path | str | None = None, a: float | None = None) -> Self:
@@ -62,7 +65,7 @@ class StoredCatalogue:
             If you gave none, and orbits are stored at several values of ``a`` but not at 1.6.
         """
         if self._a is None:
-            with self._file.moment() as moment:
+            with self._file.snapshot() as moment:
                 self._a = a_meant(moment)
         return self._a
 
@@ -90,13 +93,13 @@ class StoredCatalogue:
 
     def __repr__(self) -> str:
         try:
-            with self._file.moment() as moment:
+            with self._file.snapshot() as moment:
                 contents = self._contents(moment)
         except StoreError as error:
             contents = str(error)
         return f"<Catalogue {self.path.name}: {contents}>"
 
-    def _contents(self, moment: Moment) -> str:
+    def _contents(self, moment: Connection) -> str:
         """Return one line that says which periods are filled, beginning with the default ``a``."""
         values = a_values(moment, WITH_ORBITS)
         try:
@@ -111,17 +114,17 @@ class StoredCatalogue:
 
     def a_values(self, *, orbits: bool = False) -> list[float]:
         """Return the stored values of ``a`` in order; with `orbits`, only those with orbits or sweeps."""
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return a_values(moment, WITH_ORBITS if orbits else ())
 
     def fills(self, *, a: float | None = None) -> "Rows[Fill]":
         """Return the fills at a given ``a``, in order of period."""
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return Rows(read_fills(moment, self._at(a)))
 
     def birth_fills(self) -> "Rows[BirthFill]":
         """Return how far births and deaths are stored, period by period."""
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return Rows(read_birth_fills(moment))
 
     def births(self, p: int) -> "Births":
@@ -137,7 +140,7 @@ class StoredCatalogue:
         from orbitdb.answers.results import Births
 
         fillable([(p, p)])
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return Births(read_lives(moment, p))
 
     def entropy_bounds(self, *, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
@@ -148,30 +151,30 @@ class StoredCatalogue:
         proof : str, optional
             ``doubles`` or ``balls``, for bounds proved in this arithmetic only; by default in either.
         """
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return tightest_bounds(moment, self._at(a), proof)
 
     def entropy_curve(self, *, proof: str | None = None) -> "Rows[EntropyBounds]":
         """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return Rows(bounds_by_a(moment, proof))
 
     def reference(self, *, a: float | None = None) -> "Reference | None":
         """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return best_reference(moment, self._at(a))
 
     def sweeps(self, *, a: float | None = None) -> "Rows[Sweep]":
         """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return Rows(read_sweeps(moment, self._at(a)))
 
     def contents(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
         """Return what is stored at a given ``a``, in some periods or in all; `delete` would delete it."""
-        from orbitdb.store.fills import contents
+        from orbitdb.store.contents import contents
 
         chosen = chosen_by(a=a, p=p)
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return contents(moment, chosen.a, chosen.periods)
 
     def _answer(
@@ -183,7 +186,7 @@ class StoredCatalogue:
     ) -> _Answer:
         """Call a function with a moment of the file, the chosen subset and further arguments."""
         chosen = self._chosen(selection, criteria)
-        with self._file.moment() as moment:
+        with self._file.snapshot() as moment:
             return function(moment, chosen, *arguments)
 
     def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:

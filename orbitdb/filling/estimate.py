@@ -4,12 +4,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
+from sqlalchemy import Connection
+
 from orbitdb.answers.export import check_space
-from orbitdb.store.connection import Connection
 from orbitdb.store.file import check_file, reading
 from orbitdb.store.fills import Fill, Sweep, read_fills, read_sweeps
 from orbitdb.store.lookup import a_values
-from orbitdb.store.schema import SCHEMA_VERSION
+from orbitdb.store.tables import SCHEMA_VERSION
 from orbitdb.symbols.pruning import count_admissible
 
 Record = TypeVar("Record", Fill, Sweep)

@@ -178,15 +178,15 @@ _READ_TWICE = """
 import sys
 from orbitdb import StoreError
 from orbitdb.store.lookup import a_values
-from orbitdb.store.file import Reader
-reader = Reader(sys.argv[1])
+from orbitdb.store.file import Store
+reader = Store(sys.argv[1])
 try:
-    with reader.moment() as moment:
+    with reader.snapshot() as moment:
         print(a_values(moment), flush=True)
         input()
 except StoreError as error:
     print(error)
-with reader.moment() as moment:
+with reader.snapshot() as moment:
     print(a_values(moment))
 """
 

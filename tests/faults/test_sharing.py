@@ -16,7 +16,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.filling.resuming import OvertakenError
 from orbitdb.store import connection as connections
 from orbitdb.store.file import check_file
-from orbitdb.store.schema import SCHEMA_VERSION
+from orbitdb.store.tables import SCHEMA_VERSION
 from orbitdb.store.writing import Writer
 
 pytestmark = pytest.mark.skipif(

@@ -11,7 +11,7 @@ from contents import alter, ask, content
 from orbitdb.errors import StoreError
 from orbitdb.store import file
 from orbitdb.store.file import check_file, migrate, need_newest
-from orbitdb.store.schema import APPLICATION_ID, SCHEMA_VERSION
+from orbitdb.store.tables import APPLICATION_ID, SCHEMA_VERSION
 
 NEXT = SCHEMA_VERSION + 1
 REVISION = f"""

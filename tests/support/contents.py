@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import pytest
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.store.connection import Connection
+from sqlalchemy import Connection
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
 from orbitdb.verification.checks import Check
