@@ -14,12 +14,13 @@ from orbitdb.store.views import drop_views
 
 
 def run(connection: Connection) -> None:
-    """Run what the command asks for; a changed file gets new views and the latest version."""
+    """Run what the command asks for; then the file gets the views and the version of its tables."""
     context.configure(connection=connection, target_metadata=tables.metadata, render_as_batch=True)
     drop_views(connection)  # SQLite renames no table that a view reads
     with context.begin_transaction():
         context.run_migrations()
-    finish(connection)
+    if (revision := context.get_context().get_current_revision()) is not None:
+        finish(connection, int(revision))
 
 
 if (own := context.config.attributes.get("connection")) is not None:

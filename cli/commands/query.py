@@ -43,7 +43,7 @@ EXAMPLES = {
     ),
     "sql": (
         "sql \"SELECT p, count(*) AS orbits FROM catalogue WHERE status = 'orbit' GROUP BY a, p\"",
-        'sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" -P word=1123213 --json',
+        'sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" -P word=0103155 --json',
     ),
     "columns": ("columns", "columns --json"),
 }

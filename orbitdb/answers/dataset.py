@@ -199,7 +199,9 @@ def _described(draft: Path, made: Table, rows: int) -> Resource:
     return _file(draft, made.path) | of_table | ({"complete": rows == made.words} if made.words else {})
 
 
-def _package(moment: Connection, selection: str, version: str, resources: Sequence[Resource]) -> dict[str, Any]:
+def _package(
+    moment: Connection, selection: str, version: str, resources: Sequence[Resource]
+) -> dict[str, Any]:
     """Return the contents of ``datapackage.json``."""
     licence = "https://creativecommons.org/licenses/by/4.0/"
     return {

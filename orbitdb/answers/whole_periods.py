@@ -153,7 +153,9 @@ def with_lower(chosen: Selection) -> Selection:
     return replace(chosen, periods=((2, highest),)) if chosen.periods else chosen
 
 
-def read_whole(moment: Connection, chosen: Selection, swept: bool = False, lower: bool = False) -> WholePeriods:
+def read_whole(
+    moment: Connection, chosen: Selection, swept: bool = False, lower: bool = False
+) -> WholePeriods:
     """Return the chosen classes of the filled periods.
 
     If `swept` and all orbits are chosen, include swept periods without rows. If `lower`, include the periods

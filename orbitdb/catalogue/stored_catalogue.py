@@ -76,16 +76,16 @@ class StoredCatalogue:
         self.close()
 
     def close(self) -> None:
-        """Do nothing: the file is open only while a question is answered."""
+        """Close the file; a further question opens it again."""
+        self._file.close()
 
+    @property
     def engine(self) -> "sqlalchemy.Engine":
-        """Return an SQLAlchemy engine for SQL of your own, such as ``pandas.read_sql(query, c.engine())``.
+        """SQLAlchemy's engine for SQL of your own, such as ``pandas.read_sql(query, catalogue.engine)``.
 
         Its connections read the tables and views of `orbitdb sql`, and know ``code()``; they cannot write.
         """
-        import sqlalchemy as sa
-
-        return sa.create_engine("sqlite://", creator=self._file.connect, poolclass=sa.NullPool)
+        return self._file.engine
 
     def __reduce__(self) -> tuple[type[Self], tuple[Path, float | None]]:
         """Pickle only the path and ``a``; the copy opens the file itself."""

@@ -54,24 +54,30 @@ class Driver(sqlite3.Connection):
         The path of the file.
     refusal : str
         Why the function ``code()`` last failed; SQLite does not pass this on.
+    used : bool
+        Whether it has answered a question.
     """
 
     path: Path
     refusal = ""
+    used = False
 
-    def add_code(self) -> None:
-        """Add the SQL function ``code()``, the least rotation of a word; it fails for anything else."""
+    def add_code(self, strict: bool = False) -> None:
+        """Add the SQL function ``code()``, the least rotation of a word; NULL for anything else.
+
+        With `strict`, it fails for texts and numbers that are no words.
+        """
 
         def code(word: object) -> str | None:
-            if word is None:
-                return None
             try:
                 if not isinstance(word, str):
                     raise WordError(f"codes are texts, so write '{word}', in quotes")
                 return least_rotation(parse_primitive(word))
             except WordError as error:
-                self.refusal = f"code({word!r:.40}): {error}"
-                raise
+                if strict and word is not None:
+                    self.refusal = f"code({word!r:.40}): {error}"
+                    raise
+            return None
 
         self.create_function("code", 1, code, deterministic=True)
 
@@ -214,16 +220,16 @@ JOURNAL_LIMIT = 16 << 20
 """Size in bytes of a journal from which on a writer moves it into the file."""
 
 
-def checkpoint(engine: sa.Engine, path: Path, limit: int = 0) -> None:
+def checkpoint(engine: sa.Engine, other: Driver, limit: int = 0) -> None:
     """Move the journal of a file into the file, if it is larger than a limit in bytes.
 
     Before version 3.51.3, SQLite can lose what one connection commits while another one moves the journal
-    (https://sqlite.org/wal.html, section 11). So a second connection holds the write lock meanwhile.
+    (https://sqlite.org/wal.html, section 11). So the engine holds the write lock while `other` moves it.
     """
     with suppress(OSError):
-        if journal_files(path)[0].stat().st_size > limit:
-            with engine.begin(), closing(engine.raw_connection()) as other:
-                other.cursor().execute("PRAGMA wal_checkpoint(PASSIVE)")
+        if journal_files(other.path)[0].stat().st_size > limit:
+            with engine.begin():
+                other.execute("PRAGMA wal_checkpoint(PASSIVE)")
 
 
 # what others may do to the file meanwhile

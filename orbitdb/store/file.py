@@ -90,19 +90,22 @@ def _check_version(path: Path, version: int) -> None:
         )
 
 
-def need_catalogue(path: Path) -> int:
-    """Return the schema version of a catalogue; raise `StoreError`, which says what to do, if there is none."""
-    version = check_file(path)
-    if version is None:
-        there = "" if path.absolute() == absolute_path(None) else f" --db {path}"
-        raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11{there}'")
-    return version
+def need_readable(path: Path) -> None:
+    """Raise `StoreError`, which says what to do, unless there is a catalogue that this version can read."""
+    _need(path, t.OLDEST_READABLE)
 
 
 def need_newest(path: Path) -> None:
     """Raise `StoreError`, which says what to do, unless the file is a catalogue with the latest schema."""
-    version = need_catalogue(path)
-    if version < t.SCHEMA_VERSION:
+    _need(path, t.SCHEMA_VERSION)
+
+
+def _need(path: Path, least: int) -> None:
+    version = check_file(path)
+    if version is None:
+        there = "" if path.absolute() == absolute_path(None) else f" --db {path}"
+        raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11{there}'")
+    if version < least:
         raise StoreError(f"{path} has the older schema {version}: run 'orbitdb migrate' first")
 
 
@@ -160,13 +163,17 @@ class Store:
     """
 
     def __init__(self, path: Path | str | None = None) -> None:
-        need_catalogue(default_path() if path is None else home_expanded(path))
+        need_readable(default_path() if path is None else home_expanded(path))
         self.path = absolute_path(path)
         self._open = _OpenFile(self.path)
         self.engine = make_engine(self._open.connect, "BEGIN", QueuePool, pool_use_lifo=True, max_overflow=-1)
         sa.event.listen(self.engine, "checkout", self._open.check)
         sa.event.listen(self.engine, "begin", self._open.begun)
-        self.close = weakref.finalize(self, _close, self.engine, self._open)
+        weakref.finalize(self, _close, self.engine, self._open, True)
+
+    def close(self) -> None:
+        """Close the connections; a further question opens the file anew."""
+        _close(self.engine, self._open)
 
     def __reduce__(self) -> tuple[type["Store"], tuple[Path]]:
         return type(self), (self.path,)
@@ -184,6 +191,7 @@ class _OpenFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.journal: dict[Path, FileId | None] = {}
+        self.connections = weakref.WeakSet[sa.Connection]()
         self._note()
 
     def _note(self) -> None:
@@ -192,32 +200,36 @@ class _OpenFile:
     def connect(self) -> Driver:
         """Open the file that is now at the path."""
         with plain_errors(self.path):
-            need_catalogue(self.path)
+            need_readable(self.path)
             self._note()
             return open_to_read(self.path)
 
-    def check(self, _driver: Driver, record: Any, _proxy: Any) -> None:
-        """Make the pool open the file anew if it is not the one that this connection has open.
+    def check(self, driver: Driver, _record: Any, _proxy: Any) -> None:
+        """Make the pool open the file anew if it is not the one that a kept connection has open.
 
         A file that was copied over another one keeps its inode, so its size and time count, too.
         """
-        now = file_id(self.path), read_alone(self.path)
-        if record.info.setdefault("opened", (self.file, self.alone)) != now:
+        if driver.used and (self.file, self.alone) != (file_id(self.path), read_alone(self.path)):
             self.remove_journal()
             raise sa.exc.InvalidatePoolError("the file was written or replaced")
+        driver.used = True
 
     def begun(self, connection: sa.Connection) -> None:
         """Read a page, because BEGIN alone does not fix what a transaction sees; check the schema again."""
         _check_version(self.path, _pragma(driver_of(connection), "user_version"))
         self.journal = journal_ids(self.path)
+        self.connections.add(connection)
 
     def remove_journal(self) -> None:
         """Remove the journal of a file that has been replaced."""
         remove_journal_of(self.path, self.file, self.journal)
 
 
-def _close(engine: sa.Engine, opened: _OpenFile) -> None:
+def _close(engine: sa.Engine, opened: _OpenFile, last: bool = False) -> None:
+    """Close the connections; the last time also those of rows that nobody has read to their end."""
     engine.dispose()
+    for connection in [*opened.connections] if last else ():
+        connection.invalidate()
     opened.remove_journal()
 
 
@@ -286,23 +298,17 @@ def _create(connection: sa.Connection) -> None:
     t.metadata.create_all(connection, checkfirst=False)
     t.revision.create(connection, checkfirst=False)
     connection.execute(sa.insert(t.revision).values(version_num=f"{t.SCHEMA_VERSION:04}"))
-    add_elements(connection)
-    finish(connection)
-
-
-def add_elements(connection: sa.Connection) -> None:
-    """Store the rows of the table `element`, which every file has."""
     names = [column.name for column in t.element.c]
     connection.execute(sa.insert(t.element), [dict(zip(names, row, strict=True)) for row in ELEMENT_ROWS])
+    finish(connection, t.SCHEMA_VERSION)
 
 
-def finish(connection: sa.Connection) -> None:
-    """Give a file with the latest tables their views, and mark it as a catalogue."""
-    drop_views(connection)
+def finish(connection: sa.Connection, version: int) -> None:
+    """Give a file with the tables of a version the views, and mark it as a catalogue of that version."""
     create_views(connection)
     driver = driver_of(connection)
     driver.execute(f"PRAGMA application_id = {t.APPLICATION_ID}")
-    driver.execute(f"PRAGMA user_version = {t.SCHEMA_VERSION}")
+    driver.execute(f"PRAGMA user_version = {version}")
 
 
 def upgrade(connection: sa.Connection) -> None:

@@ -38,7 +38,10 @@ SCHEMA_VERSION = 10
 """The version of the latest schema, stored as SQLite's user_version; the latest revision has its number."""
 
 OLDEST_VERSION = 9
-"""The oldest schema that can be read and upgraded; files with an older one are refused."""
+"""The oldest schema that can be upgraded; files with an older one are refused."""
+
+OLDEST_READABLE = 9
+"""The oldest schema that can be read without an upgrade, because no table lacks a column."""
 
 PAGE_SIZE = 16384
 """Page size of a new file in bytes; SQLite's default is 4096.

@@ -227,7 +227,7 @@ def _stage() -> Driver:
         stage.execute(
             f"CREATE TABLE catalogue ({', '.join(_COLUMNS)}, PRIMARY KEY (a, p, code)) WITHOUT ROWID"
         )
-        stage.add_code()
+        stage.add_code(strict=True)
         _kept.stage = stage
     return stage
 

@@ -16,7 +16,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 from sqlalchemy import Connection, Table, select
 from sqlalchemy.dialects import sqlite
-from sqlalchemy.pool import QueuePool
+from sqlalchemy.pool import StaticPool
 
 from orbitdb import __version__
 from orbitdb.arrays import Floats, Marks
@@ -27,6 +27,7 @@ from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits
 from orbitdb.store import tables as t
 from orbitdb.store.connection import (
     JOURNAL_LIMIT,
+    Driver,
     checkpoint,
     make_engine,
     open_to_read,
@@ -68,8 +69,15 @@ class Writer:
         self._run_ids: dict[str, int] = {}
         self._file = file_id(self.path)
         self._journal: dict[Path, FileId | None] = {}
-        self._engine = make_engine(lambda: open_to_write(self.path, references), "BEGIN IMMEDIATE", QueuePool)
-        self._reading = make_engine(lambda: open_to_read(self.path), "BEGIN", QueuePool)
+        self._references = references
+        self._drivers: tuple[Driver, ...] = ()  # one that writes, and one that moves the journal
+        self._engine = make_engine(self._open, "BEGIN IMMEDIATE", StaticPool)
+        self._reading = make_engine(lambda: open_to_read(self.path), "BEGIN", StaticPool)
+
+    def _open(self) -> Driver:
+        for _ in range(2):
+            self._drivers += (open_to_write(self.path, self._references),)
+        return self._drivers[0]
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
@@ -90,7 +98,7 @@ class Writer:
                     connection.execute(sa.update(t.run).where(own).values(commits=t.run.c.commits + 1))
                     self._check_file()
                     self._journal = journal_ids(self.path)
-                checkpoint(self._engine, self.path, JOURNAL_LIMIT)
+                checkpoint(self._engine, self._drivers[-1], JOURNAL_LIMIT)
         except BaseException:
             self._run_ids = noted  # the runs recorded since then were rolled back
             raise
@@ -116,11 +124,12 @@ class Writer:
             If the file is no longer at its path.
         """
         if self._journal:
-            with suppress(sqlite3.Error, sa.exc.DBAPIError, StoreError):
-                self._check_file()
-                checkpoint(self._engine, self.path)
+            with suppress(sqlite3.Error, sa.exc.DBAPIError):
+                checkpoint(self._engine, self._drivers[-1])
         self._reading.dispose()
         self._engine.dispose()
+        for driver in self._drivers:
+            driver.close()
         remove_journal_of(self.path, self._file, self._journal)
         self._check_file()
 
@@ -422,14 +431,9 @@ def delete(path: Path, a: float, spans: Sequence[tuple[int, int]] = ()) -> None:
 
 def vacuum(path: Path) -> None:
     """Return the space of deleted rows to the disk."""
-    engine = make_engine(lambda: open_to_write(path), "BEGIN IMMEDIATE", QueuePool)
-    try:
-        with plain_errors(path):
-            with closing(engine.raw_connection()) as connection:
-                connection.cursor().execute("VACUUM")
-            checkpoint(engine, path)
-    finally:
-        engine.dispose()
+    with plain_errors(path), closing(open_to_write(path)) as driver, closing(open_to_write(path)) as other:
+        driver.execute("VACUUM")
+        checkpoint(make_engine(lambda: driver, "BEGIN IMMEDIATE", StaticPool), other)
 
 
 def _unused() -> Iterator[sa.Delete]:

@@ -162,7 +162,10 @@ def _orbits(a: float, restarts: int, seed: int, block: Block, connection: Connec
 def verifiable(connection: Connection) -> list[float]:
     """Return the values of a, in order, at which anything is stored that can be verified."""
     return [
-        a for (a,) in connection.exec_driver_sql("SELECT a FROM stadium UNION SELECT a FROM level_fill ORDER BY a")
+        a
+        for (a,) in connection.exec_driver_sql(
+            "SELECT a FROM stadium UNION SELECT a FROM level_fill ORDER BY a"
+        )
     ]
 
 

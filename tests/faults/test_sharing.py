@@ -97,7 +97,7 @@ def test_changing_the_journal_mode_waits_for_a_lock(filled, monkeypatch):
         monkeypatch.setattr(connections, "BUSY_TIMEOUT", 0.5)
         writer = Writer(filled, {"command": "test"})
         with writer.writing() as connection:
-            assert connection.scalar("PRAGMA journal_mode") == "wal"
+            assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
         writer.close()
     assert len(waits) == 1
 
