@@ -14,9 +14,10 @@ from orbitdb.errors import InputError
 from orbitdb.text import real
 
 if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
     from orbitdb.arrays import Floats
     from orbitdb.quantum.weyl import Parity
-    from sqlalchemy import Connection
 
 Table: TypeAlias = "list[tuple[Parity | None, float]]"
 """For each level in a file, its parity (None if not given) and its value: k, an energy or a frequency."""

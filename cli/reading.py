@@ -22,6 +22,7 @@ from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
+
     from orbitdb.store.file import Migration
     from orbitdb.store.rows import Chosen
     from orbitdb.store.selection import Selection
@@ -142,7 +143,9 @@ def _stored(moment: "Connection", asked: Asked, path: Path) -> tuple[float, ...]
     return (a,)
 
 
-def note_gaps(moment: "Connection", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p") -> None:
+def note_gaps(
+    moment: "Connection", *stadiums: "Selection", names: Sequence[str] = (), order: str = "p"
+) -> None:
     """Write notes on chosen periods that are partly filled, not filled, or lack births that are needed."""
     from orbitdb.answers.completeness import gaps
 

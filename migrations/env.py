@@ -1,7 +1,7 @@
 """Alembic's environment: it runs the revisions on a catalogue, in a single transaction.
 
-The program passes its own connection (`orbitdb.store.file.upgrade`). The command ``alembic`` works on the file
-that ``-x db=PATH`` names, or on the default catalogue.
+The program passes its own connection (`orbitdb.store.file.upgrade`). The command ``alembic`` works on the
+file that ``-x db=PATH`` names, or on the default catalogue.
 """
 
 from alembic import context

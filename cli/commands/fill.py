@@ -22,9 +22,10 @@ from orbitdb.errors import InputError
 from orbitdb.text import exact, gigabytes, several
 
 if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
     from orbitdb.filling.estimate import Need
     from orbitdb.filling.workers import Workers
-    from sqlalchemy import Connection
 
 
 EXAMPLES = {

@@ -114,10 +114,10 @@ def _facts(moment: "Connection") -> list[tuple[str, str]]:
     """Return the path, size and contents of the catalogue as pairs of a name and a text."""
     from orbitdb.store.connection import path_of
     from orbitdb.store.contents import room
-    from orbitdb.store.results import level_windows, trajectories
     from orbitdb.store.lives import read_birth_fills
-    from orbitdb.store.tables import SCHEMA_VERSION
+    from orbitdb.store.results import level_windows, trajectories
     from orbitdb.store.selection import written_periods
+    from orbitdb.store.tables import SCHEMA_VERSION
 
     facts = [
         ("catalogue", str(path_of(moment).resolve())),
@@ -139,8 +139,8 @@ def _facts(moment: "Connection") -> list[tuple[str, str]]:
 def _enclosures(moment: "Connection") -> list[tuple[str, str]]:
     """Return lines with the proved bounds on the entropy; if there are many a, only those that are filled."""
     from orbitdb.entropy.bounds import BALLS
-    from orbitdb.store.results import bounds_by_a
     from orbitdb.store.lookup import a_values
+    from orbitdb.store.results import bounds_by_a
 
     curve, filled = bounds_by_a(moment), a_values(moment, ["fill"])
     listed = [bounds for bounds in curve if len(curve) <= _FEW or bounds.a in filled]

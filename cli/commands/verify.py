@@ -19,6 +19,7 @@ from orbitdb.text import several
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
+
     from orbitdb.store.selection import Selection
     from orbitdb.verification.checks import Check
 

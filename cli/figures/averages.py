@@ -7,6 +7,7 @@ import numpy as np
 import typer
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from sqlalchemy import Connection
 
 from orbitdb.answers.entropy import enclosure, entropy
 from orbitdb.answers.lyapunov import EXPONENTS, lyapunov
@@ -18,9 +19,8 @@ from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.plots import curves
 from orbitdb.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, figure
-from sqlalchemy import Connection
-from orbitdb.store.results import bounds_by_a
 from orbitdb.store.lives import read_birth_fills, read_lives
+from orbitdb.store.results import bounds_by_a
 from orbitdb.store.selection import Selection, joined_spans
 
 NOTHING = ": nothing to draw"

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 from matplotlib.figure import Figure
+from sqlalchemy import Connection
 
 from orbitdb.answers.levels import (
     assess_levels,
@@ -32,7 +33,6 @@ from orbitdb.quantum.trace_formula import family_count
 from orbitdb.quantum.waves import Wave
 from orbitdb.quantum.waves import waves as all_waves
 from orbitdb.quantum.weyl import Parity, begins_at_zero, check_levels, weyl
-from sqlalchemy import Connection
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact
 

@@ -12,6 +12,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, NullFormatter
 from numpy.typing import NDArray
+from sqlalchemy import Connection
 
 from orbitdb.answers import whole_periods
 from orbitdb.answers.completeness import complete_length
@@ -28,7 +29,6 @@ from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.plots import paths
 from orbitdb.plots.paths import size_of
 from orbitdb.plots.style import BLUE, GREY, INKS, ORANGE, figure, short
-from sqlalchemy import Connection
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import find_word
 from orbitdb.store.query import choose

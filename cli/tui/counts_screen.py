@@ -12,6 +12,7 @@ from rich.bar import Bar
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
+from sqlalchemy import Connection
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
@@ -26,7 +27,6 @@ from orbitdb.cli.tui.dialogs import ListDialog, NameList
 from orbitdb.cli.tui.panels.choices import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
 from orbitdb.cli.tui.stored import EVERY
-from sqlalchemy import Connection
 from orbitdb.store.file import Store
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection

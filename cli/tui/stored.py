@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from sqlalchemy import Connection
 from textual.cache import LRUCache
 
 from orbitdb.answers.export import complete
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
-from sqlalchemy import Connection
 from orbitdb.store.file import Store, check_file
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import a_values, born_with, certificate_of, find_or_solve

@@ -19,8 +19,8 @@ from orbitdb.store.fills import Fill, read_fills, read_sweeps
 from orbitdb.store.lives import counts_at, read_birth_fills
 from orbitdb.store.lookup import a_values
 from orbitdb.store.query import asks_of_lives
-from orbitdb.store.where import CODES_ARE_TEXTS, reads_codes
 from orbitdb.store.selection import Selection, SelectionError, written_periods
+from orbitdb.store.where import CODES_ARE_TEXTS, reads_codes
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.text import exact

@@ -69,7 +69,7 @@ def open_cursor(connection: sa.Connection, table: Table, **begun: object) -> Cur
 
 
 def hold(connection: sa.Connection, cursor: Cursor) -> None:
-    """Raise `OvertakenError` if the cursor's row was moved or deleted; during this transaction, it cannot be."""
+    """Raise `OvertakenError` if the cursor's row was moved or deleted; during this transaction, it stays."""
     own = cursor.table.c
     stored = connection.execute(select(own.state, own.cursor).where(cursor.own(cursor.table))).one_or_none()
     if stored is None or tuple(stored) != (FILLING, cursor.row["cursor"]):
@@ -91,7 +91,7 @@ def keep(connection: sa.Connection, cursor: Cursor, values: Mapping[str, Any]) -
 
 
 def sums_of_blocks(connection: sa.Connection, cursor: Cursor) -> tuple[list[tuple[bytes, bytes]], str]:
-    """Return the sums and moments of all blocks of a sweep, in order, and the arithmetics that computed them."""
+    """Return the sums and moments of all blocks of a sweep, in order, and who computed them."""
     block = t.sweep_block
     query = select(block.c.sums, block.c.moments).where(cursor.own(block)).order_by(block.c.number)
     name = func.json_extract(t.run.c.parameters, "$.arithmetic")

@@ -38,7 +38,7 @@ from orbitdb.store.paths import (
     journal_ids,
     remove_journal_of,
 )
-from orbitdb.store.views import create_views, drop_views
+from orbitdb.store.views import create_views
 from orbitdb.symbols.symmetry import ELEMENT_ROWS
 
 # what kind of file it is
@@ -229,7 +229,8 @@ def _close(engine: sa.Engine, opened: _OpenFile, last: bool = False) -> None:
     """Close the connections; the last time also those of rows that nobody has read to their end."""
     engine.dispose()
     for connection in [*opened.connections] if last else ():
-        connection.invalidate()
+        if not connection.closed:
+            connection.invalidate()
     opened.remove_journal()
 
 

@@ -215,7 +215,7 @@ _kept = threading.local()
 
 
 def _stage() -> Driver:
-    """Return an empty catalogue in memory, in which a table stands in for the view ``catalogue``."""
+    """Return a catalogue in memory, with a table of one empty row in place of the view ``catalogue``."""
     stage: Driver | None = getattr(_kept, "stage", None)
     if stage is None:
         stage = open_sqlite("file::memory:")
@@ -224,9 +224,8 @@ def _stage() -> Driver:
             for name, view in VIEWS.items():
                 if name != "catalogue":
                     connection.execute(view)
-        stage.execute(
-            f"CREATE TABLE catalogue ({', '.join(_COLUMNS)}, PRIMARY KEY (a, p, code)) WITHOUT ROWID"
-        )
+        stage.execute(f"CREATE TABLE catalogue ({', '.join(_COLUMNS)}, PRIMARY KEY (a)) WITHOUT ROWID")
+        stage.execute("INSERT INTO catalogue (a) VALUES (0)")  # or constants would not be evaluated
         stage.add_code(strict=True)
         _kept.stage = stage
     return stage

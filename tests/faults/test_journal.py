@@ -83,7 +83,7 @@ def test_rows_that_were_not_read_to_their_end_leave_no_journal_and_no_noise(fill
 
 
 def test_another_file_may_take_the_place_of_one_that_is_open(filled, tmp_path):
-    """Whether it is moved or copied there: the next question reads it, and no journal of the old file stays."""
+    """Whether it is moved or copied there: the next question reads it, and no old journal stays."""
     catalogue, other = Catalogue(filled, a=1.6), Path(shutil.copy(filled, tmp_path / "other.db"))
     list(write(other))
     assert catalogue.a_values() == [1.6]

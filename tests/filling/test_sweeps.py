@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 from contents import alter, answer, ask
 from quick import slow_but
-from there import there
-
 from sqlalchemy import Connection, Engine, event
+from there import there
 
 from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.averages.by_period import PeriodSums

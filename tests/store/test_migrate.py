@@ -90,14 +90,18 @@ def test_a_new_file_has_the_schema_to_which_the_revisions_lead(tmp_path):
 def test_a_file_of_schema_9_is_read_as_it_is_and_upgraded_without_loss(old, cli):
     before, content_before = rows(old), old.read_bytes()
     assert ask(old, "PRAGMA user_version") == [(9,)]
-    answers = [cli(*command, "--db", str(old)).out for command in (["table"], ["query", "--p", "2-5", "--json"])]
+    answers = [
+        cli(*command, "--db", str(old)).out for command in (["table"], ["query", "--p", "2-5", "--json"])
+    ]
     assert old.read_bytes() == content_before
     assert cli("verify", "--db", str(old)).code == 0
     done = cli("migrate", "--db", str(old))
     assert (done.code, done.err) == (0, f"{old}: schema 9 -> {SCHEMA_VERSION}\n")
     assert rows(old) == before
     assert "AUTOINCREMENT" in ask(old, "SELECT sql FROM sqlite_master WHERE name = 'stadium'")[0][0]
-    again = [cli(*command, "--db", str(old)).out for command in (["table"], ["query", "--p", "2-5", "--json"])]
+    again = [
+        cli(*command, "--db", str(old)).out for command in (["table"], ["query", "--p", "2-5", "--json"])
+    ]
     assert again == answers
     assert cli("verify", "--db", str(old)).code == 0
 

@@ -6,9 +6,9 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
+from sqlalchemy import Connection, Engine, event
 
 from orbitdb.catalogue import Catalogue
-from sqlalchemy import Connection, Engine, event
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
 from orbitdb.verification.checks import Check
