@@ -1,13 +1,15 @@
 """Style and output of figures: colours for the colour-blind, sizes for print, and no need for a display."""
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.textpath import TextPath
 
@@ -17,6 +19,8 @@ from orbitdb.text import shortened
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 """Colours of Okabe and Ito. Curves that differ in colour also differ in shape or line style."""
 INK, GREY, FAINT = "#333333", "#777777", "#bbbbbb"
+SMALL = 7
+"""Size of the smallest text, in points: still legible in print."""
 INKS = {"one": BLUE, "two": ORANGE, "three": GREEN, "four": PURPLE, "five": INK, "six": GREY}
 """The colour of each ink; the screen uses the same names of inks."""
 
@@ -51,8 +55,31 @@ def look() -> Iterator[None]:
         yield
 
 
+class Colours(NamedTuple):
+    """What was drawn in colours that stand for numbers, and the name of the number."""
+
+    drawn: ScalarMappable
+    name: str
+
+    def add_bar(self, ax: Axes, extend: str = "neither") -> None:
+        """Add a bar beside the axes that explains the colours."""
+        ax.figure.colorbar(self.drawn, ax=ax, label=self.name, pad=0.01, extend=extend)
+
+
+class Picture(Figure):
+    """A whole figure, with notes on what it leaves out.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        What is to be said beside the figure, one line each.
+    """
+
+    notes: tuple[str, ...] = ()
+
+
 @contextmanager
-def figure(width: float, height: float, title: str = "") -> Iterator[Figure]:
+def figure(width: float, height: float, title: str = "", notes: Iterable[str] = ()) -> Iterator[Picture]:
     """Create a figure of the given size in inches; whatever is drawn within the context has our style.
 
     The title also becomes the figure's label; each line after the first adds to the height. Axes without a
@@ -60,7 +87,9 @@ def figure(width: float, height: float, title: str = "") -> Iterator[Figure]:
     """
     lines = wrapped(title, width)
     with look():
-        made = Figure(figsize=(width, height + _LINE * lines.count("\n")), layout="constrained", label=title)
+        size = width, height + _LINE * lines.count("\n")
+        made = Picture(figsize=size, layout="constrained", label=title)
+        made.notes = tuple(notes)
         if title:
             made.suptitle(lines, fontsize=_LOOK["axes.titlesize"])
         yield made
