@@ -16,8 +16,16 @@ from orbitdb.cli.output import code_text, note, progress
 from orbitdb.cli.reading import given_codes, known_catalogue, meant, primitive, reading
 from orbitdb.errors import InputError
 from orbitdb.extras import load
-from orbitdb.plots.noted import EmptyFigureError
-from orbitdb.plots.registry import FIGURES, NAMES, SUBSET, Figure, figure_of, load_function, plain_name
+from orbitdb.plots.registry import (
+    FIGURES,
+    NAMES,
+    SUBSET,
+    EmptyFigureError,
+    Figure,
+    figure_of,
+    load_function,
+    plain_name,
+)
 from orbitdb.text import exact, real
 
 if TYPE_CHECKING:

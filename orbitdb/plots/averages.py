@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, Average
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Integers
-from orbitdb.plots.noted import EmptyFigureError
+from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.plots.style import BLUE, INK, INKS, ORANGE, PURPLE, Picture, figure
 from orbitdb.store.selection import Selection, joined_spans
 from orbitdb.text import exact

@@ -1,29 +1,16 @@
-"""What figures ask a catalogue beside its methods, and what they say if there is nothing to draw."""
+"""What figures ask a catalogue beside its methods: what is missing, and why there is nothing to draw."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from orbitdb.answers import completeness
-from orbitdb.errors import InputError
+from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.store.selection import Selection
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
 
 _Answer = TypeVar("_Answer")
-
-
-class EmptyFigureError(InputError):
-    """There is nothing to draw; each line says what is missing, and perhaps the command that makes it.
-
-    Attributes
-    ----------
-    lines : tuple of str
-    """
-
-    def __init__(self, lines: Iterable[str]) -> None:
-        self.lines = tuple(lines)
-        super().__init__("; ".join(self.lines))
 
 
 def asked(catalogue: "Catalogue", function: Callable[..., _Answer], chosen: Selection, *more: Any) -> _Answer:

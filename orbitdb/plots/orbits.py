@@ -10,7 +10,8 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.plots import paths
-from orbitdb.plots.noted import EmptyFigureError, asked, gaps, nothing
+from orbitdb.plots.noted import asked, gaps, nothing
+from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.plots.style import BLUE, ORANGE, Picture, figure, short
 from orbitdb.store.connection import Moment
 from orbitdb.store.query import choose

@@ -17,7 +17,8 @@ from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.solve import solve_word
 from orbitdb.plots import paths
-from orbitdb.plots.noted import EmptyFigureError, asked
+from orbitdb.plots.noted import asked
+from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SMALL, Picture, figure, short
 from orbitdb.store.lookup import with_existence
 from orbitdb.store.selection import Selection

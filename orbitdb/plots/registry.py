@@ -4,7 +4,7 @@ To add a figure, add an entry to `FIGURES`. `orbitdb plot`, its help and its opt
 the names that ``.plot("name")`` of a result knows. This module does not import matplotlib.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Literal
@@ -112,7 +112,7 @@ FIGURES: list[Figure] = [
         "levels.spectrum", "levels.draw_spectrum", takes=LEVELS, passes=("levels", "parity"),
     ),
     Figure(
-        "staircase", "the number of levels below k, from levels and from orbits",
+        "staircase", "the number of levels below k minus Weyl's law, from levels and from orbits",
         "levels.staircase", "levels.draw_staircase",
         takes=LEVELS, passes=("levels", "parity"), needs="levels",
     ),
@@ -142,6 +142,19 @@ FIGURES: list[Figure] = [
 
 NAMES = tuple(figure.name for figure in FIGURES if figure.whole and not figure.when)
 """The figures that `orbitdb plot` draws."""
+
+
+class EmptyFigureError(InputError):
+    """There is nothing to draw; each line says what is missing, and perhaps the command that makes it.
+
+    Attributes
+    ----------
+    lines : tuple of str
+    """
+
+    def __init__(self, lines: Iterable[str]) -> None:
+        self.lines = tuple(lines)
+        super().__init__("; ".join(self.lines))
 
 
 def plain_name(name: str) -> str:

@@ -68,7 +68,7 @@ def draw_wave(ax: Axes, wave: "Wave", orbit: "Orbit | None" = None) -> Colours:
 
 
 def draw_husimi(ax: Axes, wave: "Wave", orbit: "Orbit | None" = None) -> Colours:
-    """Draw the Husimi function in phase space, in units of its mean, and the bounces of an orbit, if given."""
+    """Draw the Husimi function in phase space, in units of its mean, and perhaps the bounces of an orbit."""
     s = (np.arange(_PLACES) + 0.5) * wave.stadium.perimeter / _PLACES
     density = wave.husimi(s, (np.arange(_SINES) + 0.5) * 2 / _SINES - 1)
     image = ax.imshow(

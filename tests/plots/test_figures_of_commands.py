@@ -24,12 +24,12 @@ from orbitdb.answers.levels import orbits_for, read_orbits
 from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
-from orbitdb.cli.commands.bench import draw_work_precision
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
 from orbitdb.plots import levels
 from orbitdb.plots.registry import figure_of, load_function
+from orbitdb.plots.work_precision import work_precision
 from orbitdb.quantum.length_spectrum import Spectrum
 from orbitdb.quantum.trace_formula import family_count
 from orbitdb.quantum.weyl import weyl
@@ -297,7 +297,7 @@ def test_the_figure_of_methods_shows_run_time_against_error(rng):
         for method in methods
         for error, seconds in rng.uniform(1e-16, 1e-3, (3, 2)).tolist()
     ]
-    made = draw_work_precision(rows, "p = 4")
+    made = work_precision(rows, "p = 4")
     (ax,) = made.axes
     assert ax.get_title() == "run time against error, p = 4"
     assert len(made.legends[0].get_texts()) == 4
