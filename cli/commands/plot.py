@@ -133,9 +133,9 @@ def plot(
     style = load("orbitdb.plots.style", "plot", "plot")  # late, because matplotlib is slow to import
 
     codes = list(given_codes(words, code)) if "words" in figure.takes else []
-    values = {"limit": limit, "order": order, "size": inches, "grid": named(a) or ()}
+    values = {"limit": limit, "order": order, "grid": named(a) or ()}
     try:
-        with progress("drawing"):
+        with progress("drawing"), style.sized(inches):
             if figure.source == "catalogue":
                 made = _of_catalogue(figure, choice, given, values, a, db)
             elif figure.source == "wave":
@@ -148,7 +148,8 @@ def plot(
         raise typer.Exit(1) from None
     for line in made.notes:
         note(line)
-    style.adjust(made, inches, title)
+    if title is not None:
+        style.entitle(made, title)
     label = str(made.get_label())
     if to_stdout:
         sys.stdout.buffer.write(style.as_bytes(made, ending, label, dpi))

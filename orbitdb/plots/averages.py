@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.markers import CARETDOWNBASE, CARETUPBASE
 from matplotlib.ticker import MaxNLocator
 
 from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, Average
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 _ROOM = 0.12
 """Margin above and below the values on the vertical axis, in units of their range."""
+ENTROPY = "topological entropy\n(per bounce)"
 _EXPONENTS = {
     "lambda_d": r"$\langle \lambda_d \rangle$ (per bounce)",
     "lambda_c": r"$\langle \lambda_c \rangle$ (per length $R$)",
@@ -92,12 +94,11 @@ def draw_entropy(ax: Axes, result: Result) -> None:
         ax.axhspan(*band, color=PURPLE, alpha=0.5, linewidth=1, label="proved bounds")
     inside = (h_zeta > low) & (h_zeta < high)
     label = "$h(p)$, zero of the zeta function to order $p$"
-    ax.plot(p[inside], h_zeta[inside], "s", color=ORANGE, markersize=5, label=label)
-    ax.plot(p, k_0, "o-", color=BLUE, markersize=5, label=r"$K_0(p) = \ln N(p)\,/\,p$")
-    for period, value in zip(p[k_0 < low], k_0[k_0 < low], strict=True):
-        ax.annotate(f"↓ {value:.4f}", (period, low), xytext=(0, 4), textcoords="offset points", ha="center")
-    _over_periods(ax, "topological entropy (per bounce)")
-    ax.set(xlim=(p[0] - 0.7, p[-1] + 0.5), ylim=(low, high))
+    ax.plot(p[inside], h_zeta[inside], "s", color=ORANGE, label=label)
+    ax.plot(p, k_0, "o-", color=BLUE, label=r"$K_0(p) = \ln N(p)\,/\,p$")
+    _limit(ax, low, high)
+    _over_periods(ax, ENTROPY)
+    ax.set_xlim(p[0] - 0.7, p[-1] + 0.5)
 
 
 def draw_exponent(ax: Axes, result: Result, name: str) -> None:
@@ -109,6 +110,7 @@ def draw_exponent(ax: Axes, result: Result, name: str) -> None:
         value, off = shown[f"{name}_trajectory"][0], 2 * shown[f"{name}_error_trajectory"][0]
         ax.axhspan(value - off, value + off, color=INK, alpha=0.2, linewidth=0)
         ax.axhline(value, color=INK, linewidth=1, label=r"random trajectories (band: $\pm 2$ errors)")
+    _show_later(ax)
     _over_periods(ax, _EXPONENTS[name])
 
 
@@ -119,6 +121,7 @@ def compare_exponents(ax: Axes, results: Sequence[Result], name: str) -> None:
         for best in [average for average in AVERAGES if np.isfinite(shown[average.of(name)]).any()][-1:]:
             label = f"$a = {exact(result.selection.a)}$: {best.brief}"
             _draw_average(ax, p, shown, best, name, colour, label)
+    _show_later(ax)
     _over_periods(ax, _EXPONENTS[name])
 
 
@@ -129,10 +132,30 @@ def _draw_average(
     values = shown[average.of(name)]
     if np.isnan(values).all():
         return
-    ax.plot(p, values, average.line, color=colour, markersize=5, linewidth=1, label=label)
+    ax.plot(p, values, average.line, color=colour, linewidth=1, label=label)
     if average.error:
         error = shown[f"{average.of(name)}_error"]
         ax.fill_between(p, values - error, values + error, color=colour, alpha=0.3, linewidth=0)
+
+
+def _show_later(ax: Axes) -> None:
+    """Limit the vertical axis to the curves at the later half of the periods."""
+    curves = [np.array(line.get_ydata(), float) for line in ax.lines]
+    later = np.concatenate([y[len(y) // 2 if len(y) > 2 else 0 :] for y in curves])
+    later = later[np.isfinite(later)]
+    if room := _ROOM * np.ptp(later):
+        _limit(ax, later.min() - room, later.max() + room)
+
+
+def _limit(ax: Axes, low: float, high: float) -> None:
+    """Limit the vertical axis; carets at its ends mark the points of curves beyond them."""
+    for line in [*ax.lines]:
+        p, y = np.array(line.get_xdata(), float), np.array(line.get_ydata(), float)
+        for beyond, edge, caret in ((y > high, high, CARETUPBASE), (y < low, low, CARETDOWNBASE)):
+            if beyond.any():
+                ax.plot(p[beyond], np.full(beyond.sum(), edge), linestyle="", marker=caret,
+                        color=line.get_color(), clip_on=False)  # fmt: skip
+    ax.set_ylim(low, high)
 
 
 def _over_periods(ax: Axes, label: str) -> None:

@@ -42,6 +42,7 @@ def lengths(catalogue: "Catalogue", *chosen: Selection) -> Picture:
         for subset, classes, colour in zip(chosen, read, cycle(INKS.values()), strict=False):
             label = f"$a = {exact(subset.a)}$" if several else None
             draw_lengths(above, classes.length, classes.words, colour, label)
+        for subset, colour in zip(chosen, cycle(INKS.values()), strict=False):
             complete = complete_length(catalogue.fills(a=subset.a), subset)
             _draw_end(above, complete, colour if several else ORANGE, several)
         if not several:

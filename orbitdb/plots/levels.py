@@ -64,7 +64,7 @@ def staircase(
         ax.plot(at, count - smooth, "-", color=ORANGE, linewidth=1, label=label)
         family = family_count(stadium, at, _LENGTHS[1], parity)
         ax.plot(at, family, color=GREEN, linestyle=":", label="bouncing balls alone")
-        ax.set(xlabel="$kR$", ylabel="levels below $k$, minus Weyl's law", xlim=(0, end))
+        ax.set(xlabel="$kR$", ylabel="levels below $k$\nminus Weyl's law", xlim=(0, end))
     return made
 
 

@@ -12,7 +12,7 @@ from orbitdb.orbits.status import EXISTING
 from orbitdb.plots import paths
 from orbitdb.plots.noted import asked, gaps, nothing
 from orbitdb.plots.registry import EmptyFigureError
-from orbitdb.plots.style import BLUE, ORANGE, Picture, figure, short
+from orbitdb.plots.style import BLUE, ORANGE, Picture, figure, short, wrapped
 from orbitdb.store.connection import Moment
 from orbitdb.store.query import choose
 from orbitdb.store.rows import rows_of
@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
 
 _WIDTH = 6.4
-
-Size = tuple[float, float]
-"""Width and height of a figure in inches."""
+_SHORT = 5
+"""Symbols per inch of the width that leave room for the numbers after a code."""
 
 _MOST = 500
 """Largest number of orbits on a sheet that can still be told apart."""
@@ -47,7 +46,8 @@ def reverse(orbit: Orbit) -> Picture:
         _draw_path(made, above, orbit, "(a) ")
         assert back.points is not None
         paths.draw_orbit(below, Stadium(orbit.a), back.points, back.code, BLUE if same else ORANGE)
-        below.set_title(f"(b) its time reverse {short(back.code)}: {kind}")
+        title = f"(b) its time reverse {short(back.code)}: {kind}"
+        below.set_title(wrapped(title, made.get_figwidth()))
     return made
 
 
@@ -56,7 +56,8 @@ def _draw_path(made: Picture, ax: Axes, orbit: Orbit, which: str) -> None:
     assert orbit.points is not None
     paths.draw_orbit(ax, Stadium(orbit.a), orbit.points, orbit.code)
     numbers = f"$a = {exact(orbit.a)}$,  $L = {orbit.length:.4f}\\,R$,  $\\lambda = {orbit.lyapunov:.4f}$"
-    ax.set_title(f"{which}{short(orbit.code)},  {numbers}")
+    parted = ",  " if len(orbit.code) < _SHORT * made.get_figwidth() else "\n"  # in a narrow figure
+    ax.set_title(f"{which}{short(orbit.code)}{parted}{numbers}")
     made.set_label(f"orbit {short(orbit.code)} at a = {exact(orbit.a)}")
 
 
@@ -65,9 +66,7 @@ def _height(a: float) -> float:
     return max(2.0, (_WIDTH - 0.8) * 2.7 / (2 * a + 2.7) + 0.8)
 
 
-def sheet(
-    catalogue: "Catalogue", chosen: Selection, limit: int = 120, order: str = "p", size: Size | None = None
-) -> Picture:
+def sheet(catalogue: "Catalogue", chosen: Selection, limit: int = 120, order: str = "p") -> Picture:
     """Draw one orbit of each class of a subset, or only of the first `limit` classes in the given order."""
     chosen = with_paths(catalogue, chosen)
     words, total = asked(catalogue, _representatives, chosen, order, limit)
@@ -75,7 +74,7 @@ def sheet(
     orbits = [orbit for orbit in found if orbit is not None and orbit.points is not None]
     if not orbits:
         raise nothing(catalogue, chosen)
-    made = sheet_of(orbits, size, f"Classes of {chosen.describe()}")
+    made = sheet_of(orbits, f"Classes of {chosen.describe()}")
     made.notes = tuple(gaps(catalogue, chosen, order))
     if total > limit:
         rest = f"--limit {total} draws them all" if total <= _MOST else "choose fewer to see them all"
@@ -89,11 +88,11 @@ def _representatives(moment: Moment, chosen: Selection, order: str, limit: int) 
     return [word for (word,) in rows_of(moment, classes, ("representative",), 0, limit)], len(classes)
 
 
-def sheet_of(orbits: Sequence[Orbit], size: Size | None = None, title: str | None = None) -> Picture:
+def sheet_of(orbits: Sequence[Orbit], title: str | None = None) -> Picture:
     """Draw each orbit in a stadium of its own; all have coordinates at the same a."""
     a = orbits[0].a
     named = f"{several(len(orbits), 'orbit')} at a = {exact(a)}" if title is None else title
-    with figure(*(size or paths.size_of(len(orbits), a)), named) as made:
+    with figure(*paths.size_of(len(orbits), a), named) as made:
         paths.draw_sheet(made.add_subplot(), orbits)
     return made
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,12 +18,13 @@ from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.solve import solve_word
 from orbitdb.plots import paths
+from orbitdb.plots.averages import ENTROPY
 from orbitdb.plots.noted import asked
 from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SMALL, Picture, figure, short
 from orbitdb.store.lookup import with_existence
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact
+from orbitdb.text import exact, outward
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
@@ -31,21 +33,18 @@ if TYPE_CHECKING:
 
 _TICKS = ((1,), (1, 3), (1, 2, 5), tuple(range(1, 10)))
 """Leading digits of the values of a to label, from few to many."""
-_FEWEST, _MOST = 3, 7
-"""Number of labels on an axis over a."""
+_ENOUGH = 4
+"""Number of labels that an axis over a should have."""
 
 
 def over_a(ax: Axes, low: float, high: float) -> None:
     """Make the horizontal axis that of the half length a: logarithmic, with plain numbers such as 0.3."""
     ax.set(xscale="log", xlim=(low, high), xlabel="half length $a/R$")
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-    for digits in reversed(_TICKS):
-        ticks = [digit * 10.0**decade for decade in decades for digit in digits]
-        ticks = [tick for tick in ticks if low <= tick <= high]
-        if len(ticks) <= _MOST:
-            break
-    if len(ticks) < _FEWEST:
-        ticks = [tick for tick in MaxNLocator(_FEWEST + 1).tick_values(low, high) if low <= tick <= high]
+    grids = [[digit * 10.0**decade for decade in decades for digit in digits] for digits in _TICKS]
+    grids.append(MaxNLocator(_ENOUGH).tick_values(low, high).tolist())
+    inside = [[tick for tick in ticks if low <= tick <= high] for ticks in grids]
+    ticks = next((ticks for ticks in inside if len(ticks) >= _ENOUGH), inside[-1])
     ax.xaxis.set_major_locator(FixedLocator(ticks))
     ax.xaxis.set_major_formatter(lambda tick, _: f"{tick:.6g}")
     ax.xaxis.set_minor_locator(LogLocator(subs=range(1, 10)))
@@ -98,9 +97,11 @@ def births(catalogue: "Catalogue", chosen: Selection) -> Picture:
         for p, (colour, style) in zip(shown, _STYLES, strict=False):
             share = _orbits(changes, p, a) / changes[p][1].sum()
             above.plot(a, share, style, color=colour, label=f"$p = {p}$")
+            if p not in shown[-2:]:  # more would only hide one another
+                continue
             places = changes[p][0][changes[p][0] > 0]
             below.stairs(np.histogram(places, edges)[0] / len(places), edges, color=colour, linestyle=style)
-            if p in shown[-2:] and _gapless(changes, p):
+            if _gapless(changes, p):
                 middle.plot(a, _entropies(changes, p, a), style, color=colour)
         draw_limit(middle)
         above.set(ylabel=r"$N_c(p; a)\,/\,N_t(p)$", ylim=(0, 1.03))
@@ -153,6 +154,8 @@ _BESIDE_BOUNDS = 1.25
 """Factor between the first or last a with bounds and the end of the axis."""
 _FEW = 3
 """Up to so many proved intervals are written out in the legend."""
+_PLACES = 5
+"""Decimals of a proved interval in the legend."""
 
 
 def entropy_over_a(catalogue: "Catalogue", *chosen: Selection, grid: Sequence[float] = ()) -> Picture:
@@ -179,7 +182,7 @@ def entropy_over_a(catalogue: "Catalogue", *chosen: Selection, grid: Sequence[fl
             _mark_end(ax, places, values, p)
         limit = draw_limit(ax)
         low = min(ax.dataLim.y0, limit - 0.1)
-        ax.set(ylabel="topological entropy (per bounce)", ylim=(low - 0.02, limit + 0.02))
+        ax.set(ylabel=ENTROPY, ylim=(low - 0.02, limit + 0.02))
         over_a(ax, first, last)
         made.set_label("topological entropy against a")
     return made
@@ -197,9 +200,10 @@ def draw_bounds(ax: Axes, bounds: Sequence["EntropyBounds"]) -> None:
         ax.errorbar(a, middle, half, markersize=0, label="proved bounds", **look)
         return
     for number, proved in enumerate(bounds):
-        label = f"proved at $a = {exact(proved.a)}$: {proved.between.replace('h', '$h$', 1)}"
+        low, high = outward(proved.lower, ROUND_FLOOR, _PLACES), outward(proved.upper, ROUND_CEILING, _PLACES)
+        label = f"proved at $a = {exact(proved.a)}$: ${low} < h < {high}$"
         marked = look | {"fmt": "osD"[number]}
-        ax.errorbar(a[number], middle[number], half[number], markersize=4, label=label, zorder=3, **marked)
+        ax.errorbar(a[number], middle[number], half[number], label=label, zorder=3, **marked)
 
 
 def _mark_end(ax: Axes, a: Floats, values: Floats, p: int) -> None:
@@ -209,11 +213,8 @@ def _mark_end(ax: Axes, a: Floats, values: Floats, p: int) -> None:
         return
     for end, beside in ((finite[0], 0), (finite[-1], len(a) - 1)):
         if end != beside:
-            ax.plot(a[end], values[end], "o", color=BLUE, markersize=3)
-            why = f"no zero of the zeta function:\ntoo few orbits up to $p = {p}$"
-            side = "left" if beside == 0 else "right"
-            ax.annotate(why, (a[end], values[end]), xytext=(6 if beside == 0 else -6, -4), va="top",
-                        textcoords="offset points", fontsize=SMALL, color=BLUE, ha=side)  # fmt: skip
+            label = f"too few orbits beyond, up to $p = {p}$"
+            ax.plot(a[end], values[end], "o", color=BLUE, markersize=3, label=label)
 
 
 # one orbit

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
@@ -18,8 +19,8 @@ _MOST_MARKED = 60
 _MOST_ARROWS = 12
 _SMALL = 2.2
 """Width, in inches, below which axes show only the outline, the path and small symbols."""
-_AWAY, _BESIDE = 12, 0.3
-"""Distance from the wall to the symbol of a bounce, in points, and to the edge of the axes, in inches."""
+_BESIDE = 0.3
+"""Distance from the wall to the edge of the axes, in inches; the symbol of a bounce is in between."""
 _ALONG = 0.65
 """Position of the arrow along a chord, off-centre so that the two arrows of a retraced chord differ."""
 _DIGIT = 0.09
@@ -33,18 +34,25 @@ def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, symbols: str, colour:
     code from there on, along the arrows.
     """
     small = ax.get_window_extent().width < _SMALL * ax.figure.dpi
-    away, size = (_AWAY / 2, 5) if small else (_AWAY, 9)
+    font = rcParams["font.size"]
+    away, size = (6, SMALL) if small else (1.2 * font, 0.9 * font)
     _draw_stadium(ax, stadium, small)
     closed = np.concatenate([points, points[:1]])
     many = len(points) > _MOST_MARKED
     ax.plot(*closed.T, color=colour, linewidth=0.6 if many or small else 1.3, zorder=3)
     if not many:
-        ax.plot(*points.T, "o", color=colour, markersize=2 if small else 4, zorder=4)
+        ax.plot(
+            *points.T,
+            "o",
+            color=colour,
+            markersize=2 if small else 0.8 * rcParams["lines.markersize"],
+            zorder=4,
+        )
     if not small:
         _draw_arrows(ax, points, colour)
     if len(points) <= MOST_LABELLED:
         if not small:
-            ax.plot(*points[0], "o", color=colour, markersize=5, markerfacecolor="white", zorder=5)
+            ax.plot(*points[0], "o", color=colour, markerfacecolor="white", zorder=5)
         for place, (right, up), text in symbol_labels(stadium, points, symbols):
             ground = {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"}
             ax.annotate(text, place, (away * right, away * up), textcoords="offset points", ha="center",
@@ -60,13 +68,13 @@ def draw_path(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) ->
 
 def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
     """Draw an arrow on every chord, or only on the first chord if there are many."""
-    ahead = np.roll(points, -1, axis=0) - points
+    ahead, size = np.roll(points, -1, axis=0) - points, 1.3 * rcParams["font.size"]
     links = range(len(points) if len(points) <= _MOST_ARROWS else 1)
     for start, step in zip(points[links], ahead[links], strict=True):
         tip = start + _ALONG * step
         tail = tip - 1e-3 * step / math.hypot(*step)
         ax.annotate(
-            "", tip, tail, arrowprops={"arrowstyle": "-|>", "color": colour, "mutation_scale": 13}, zorder=4
+            "", tip, tail, arrowprops={"arrowstyle": "-|>", "color": colour, "mutation_scale": size}, zorder=4
         )
 
 
@@ -83,7 +91,7 @@ def _draw_stadium(ax: Axes, stadium: Stadium, small: bool) -> None:
         ax.plot(centre + np.cos(turn), np.sin(turn), color=FAINT, linewidth=0.7, zorder=1)
     beyond = a + 1 + across
     ax.hlines([-1, 1], -beyond, beyond, color=FAINT, linewidth=0.7, zorder=1)
-    ax.plot(*stadium.outline().T, color=INK, linewidth=1.8, zorder=2)
+    ax.plot(*stadium.outline().T, color=INK, linewidth=1.3 * rcParams["lines.linewidth"], zorder=2)
     ax.grid(False)
     ax.spines[["left", "bottom"]].set_visible(False)
     ax.set(xlim=(-beyond, beyond), ylim=(-1 - up, 1 + up))
@@ -138,9 +146,13 @@ def draw_titled(draw: Callable[..., object], what: Sequence[Any], title: str, ax
 
 _HIGH, _GAP = 3.5, 0.6
 """Height of a drawing including its label, and extra width beside the stadium, in units of the radius."""
-_UNIT = 0.26
+_UNIT = 0.29
 """Size of the radius in a separate figure, in inches."""
 _LONGEST = 24
+
+
+_LABEL, _LABEL_LINE = 1.45, 0.12
+"""Width of a label under a drawing, and height of one of its lines, in inches."""
 
 
 def columns_of(count: int, a: float, shape: float) -> int:
@@ -155,7 +167,8 @@ def columns_of(count: int, a: float, shape: float) -> int:
 def size_of(count: int, a: float) -> tuple[float, float]:
     """Return the width and height, in inches, of a figure with `count` orbits."""
     columns = max(1, math.ceil(math.sqrt(0.8 * count * _HIGH / _width(a))))
-    return max(4.0, columns * _width(a) * _UNIT), math.ceil(count / columns) * _HIGH * _UNIT + 0.6
+    width = max(4.0, columns * max(_width(a) * _UNIT, _LABEL))
+    return width, math.ceil(count / columns) * _HIGH * _UNIT + 0.6
 
 
 def draw_sheet(ax: Axes, orbits: Sequence[Orbit]) -> None:
@@ -164,13 +177,17 @@ def draw_sheet(ax: Axes, orbits: Sequence[Orbit]) -> None:
     box = ax.get_window_extent()
     wide, columns = _width(a), columns_of(len(orbits), a, box.width / box.height)
     rows = math.ceil(len(orbits) / columns)
+    unit = min(box.width / (columns * wide), box.height / (rows * _HIGH)) / ax.figure.dpi
+    lines = min(int((_HIGH - 2.2) * unit / _LABEL_LINE), 2 if wide * unit > _LABEL else 1)
     outline, walls, closed = Stadium(a).outline(24), [], []
     for k, orbit in enumerate(orbits):
         assert orbit.points is not None
         place = x, y = k % columns * wide, -(k // columns) * _HIGH
         walls.append(outline + place)
         closed.append(np.concatenate([orbit.points, orbit.points[:1]]) + place)
-        ax.annotate(_label(orbit), (x, y - 1.12), ha="center", va="top", fontsize=6, color=INK)
+        ax.annotate(
+            "\n".join(_label(orbit)[:lines]), (x, y - 1.12), ha="center", va="top", fontsize=SMALL, color=INK
+        )
     ax.add_collection(LineCollection(walls, colors=INK, linewidths=0.7))
     ax.add_collection(LineCollection(closed, colors=BLUE, linewidths=0.8, joinstyle="round"))
     ax.plot(*np.concatenate([path[:-1] for path in closed]).T, "o", color=BLUE, markersize=1.6)
@@ -182,5 +199,9 @@ def _width(a: float) -> float:
     return 2 * (a + 1) + _GAP
 
 
-def _label(orbit: Orbit) -> str:
-    return f"{short(orbit.code, _LONGEST)}\n$L = {orbit.length:.4f}$, $\\lambda_d = {orbit.lambda_d:.4f}$"
+def _label(orbit: Orbit) -> list[str]:
+    """Return the lines of a label, the most important first."""
+    return [
+        short(orbit.code, _LONGEST),
+        f"$L = {orbit.length:.4f}$, $\\lambda_d = {orbit.lambda_d:.4f}$",
+    ]

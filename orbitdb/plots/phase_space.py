@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
@@ -24,6 +25,12 @@ Period = tuple[NDArray[np.uint8], Floats, Floats]
 """The orbits of one period: symbols and coordinates, shape (N, p), and lambda per bounce, shape (N,)."""
 
 
+_PARTS = ("0: bottom", "3, 5: right", "2: top", "1, 4: left")
+"""The symbols and the names of walls and semicircles, along the boundary."""
+_WIDE = 3.2
+"""Width, in inches, from which on axes have room for the names beside the symbols."""
+
+
 def phase_space(catalogue: "Catalogue", chosen: Selection) -> Picture:
     """Draw the bounces of a subset in phase space, coloured by lambda per bounce."""
     chosen = with_paths(catalogue, chosen)
@@ -42,7 +49,7 @@ def phase_space_of(orbit: Orbit) -> Picture:
     with figure(6.4, 4.0, f"phase space at a = {exact(orbit.a)}") as made:
         ax = made.add_subplot()
         assert orbit.arclength is not None and orbit.sine is not None  # noqa: PT018
-        ax.plot(orbit.arclength, orbit.sine, "o", color=BLUE, markersize=5, label=short(orbit.code))
+        ax.plot(orbit.arclength, orbit.sine, "o", color=BLUE, label=short(orbit.code))
         draw_walls(ax, Stadium(orbit.a))
     return made
 
@@ -61,7 +68,7 @@ def draw_phase_space(ax: Axes, stadium: Stadium, periods: Iterable[Period]) -> C
     place, sine, colour = (
         np.concatenate([part.ravel() for part in parts]) for parts in zip(*drawn, strict=True)
     )
-    size = float(np.clip(6e4 / len(place), 0.3, 12))
+    size = float(np.clip(6e4 / len(place), 0.3, 12)) * (rcParams["lines.markersize"] / 5) ** 2
     low, high = np.percentile(colour, [2, 98])
     dots = ax.scatter(
         place, sine, c=colour, s=size, cmap="viridis", vmin=low, vmax=high, linewidths=0, rasterized=True
@@ -75,9 +82,10 @@ def draw_walls(ax: Axes, stadium: Stadium) -> None:
     joints = np.cumsum([0, 2 * stadium.a, np.pi, 2 * stadium.a, np.pi])
     for joint in joints[1:-1]:
         ax.axvline(joint, color=GREY, linewidth=0.8)
-    for middle, name in zip(
-        (joints[1:] + joints[:-1]) / 2, ("0: bottom", "3, 5: right", "2: top", "1, 4: left"), strict=True
-    ):
+    inches = ax.get_window_extent().width / ax.figure.dpi
+    for middle, name in zip((joints[1:] + joints[:-1]) / 2, _PARTS, strict=True):
+        name = name if inches > _WIDE else name.partition(":")[0]
         ax.annotate(name, (middle, 1.02), xycoords=("data", "axes fraction"), ha="center", color=GREY)
     ax.set(xlim=(0, stadium.perimeter), ylim=(-1, 1), xlabel="arc length $s/R$", ylabel=r"$\sin\alpha$")
+    ax.set_yticks([-1, -0.5, 0, 0.5, 1])
     ax.grid(False)

@@ -89,10 +89,10 @@ FIGURES: list[Figure] = [
     Figure(
         "sheet", "each class of a subset, or each given word (- reads stdin)",
         "orbits.sheet", "paths.draw_sheet", takes=("a", SUBSET, "order", "limit"),
-        passes=("limit", "order", "size"),
+        passes=("limit", "order"),
     ),
     Figure(
-        "sheet", whole="orbits.sheet_of", source="orbits", takes=WORD, passes=("size",),
+        "sheet", whole="orbits.sheet_of", source="orbits", takes=WORD,
         when=("words", "code"),
     ),
     Figure(

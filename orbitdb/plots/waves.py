@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.path import Path
 
@@ -54,12 +55,12 @@ def draw_wave(ax: Axes, wave: "Wave", orbit: "Orbit | None" = None) -> Colours:
     whole = np.concatenate([half[::-1], half])
     image = ax.imshow(whole, cmap="Blues", extent=(-1 - a, 1 + a, -1, 1), origin="lower", vmin=0,
                       interpolation="bilinear")  # fmt: skip
-    (outline,) = ax.plot(*wave.stadium.outline().T, color=INK, linewidth=1.2)
+    (outline,) = ax.plot(*wave.stadium.outline().T, color=INK, linewidth=1.5)
     image.set_clip_path(Path(outline.get_xydata()), ax.transData)
     if orbit is not None and orbit.points is not None:
         closed = np.concatenate([orbit.points, orbit.points[:1]])
         ax.plot(*closed.T, "--", color=ORANGE, linewidth=0.8)
-        ax.plot(*orbit.points.T, "o", color=ORANGE, markersize=3)
+        ax.plot(*orbit.points.T, "o", color=ORANGE, markersize=0.6 * rcParams["lines.markersize"])
     ax.grid(visible=False)
     ax.spines[:].set_visible(False)
     ax.set(xlim=(-1 - a - _ROOM, 1 + a + _ROOM), ylim=(-1 - _ROOM, 1 + _ROOM), aspect="equal")
@@ -81,7 +82,7 @@ def draw_husimi(ax: Axes, wave: "Wave", orbit: "Orbit | None" = None) -> Colours
         vmin=0,
     )
     if orbit is not None and orbit.arclength is not None and orbit.sine is not None:
-        ax.plot(orbit.arclength, orbit.sine, "o", color=ORANGE, markersize=5, markeredgecolor="white",
+        ax.plot(orbit.arclength, orbit.sine, "o", color=ORANGE, markeredgecolor="white",
                 clip_on=False, zorder=4)  # fmt: skip
     draw_walls(ax, wave.stadium)
     return Colours(image, "Husimi function (mean 1)")

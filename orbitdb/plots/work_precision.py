@@ -31,7 +31,7 @@ def work_precision(rows: Sequence["WorkPrecision"], title: str) -> Picture:
             times = [row.seconds_per_sequence for row in mine]
             if method == "balls" and min(errors, default=1.0) < _LEAST_SHOWN:
                 label += f", down to $10^{{{math.floor(math.log10(min(errors)))}}}$"
-            ax.loglog(errors, times, line, color=colour, markersize=5, label=label)
+            ax.loglog(errors, times, line, color=colour, label=label)
         ax.set_xlim(left=max(ax.get_xlim()[0], _LEAST_SHOWN))
         ax.axvline(_DOUBLE, color=INK, linewidth=0.8, linestyle="--")
         ax.annotate("double", (_DOUBLE, 0), xycoords=("data", "axes fraction"), xytext=(-3, 4), ha="right",
