@@ -139,7 +139,8 @@ class Processes(Workers):
         task, process = pickle.dumps(block), self._idle.get()
         try:
             tasks, results = _pipes(process)
-            _send(tasks, task)
+            pickle.dump(task, tasks)
+            tasks.flush()
             solved, result = pickle.load(results)
         except (EOFError, pickle.UnpicklingError, OSError):
             raise WorkError(
@@ -153,23 +154,19 @@ class Processes(Workers):
         return result
 
 
-_WORKER = (
-    "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); "
-    "from orbitdb.filling.workers import work; work()"
-)
+_WORKER = "import sys; sys.path[:] = sys.argv[1:]; from orbitdb.filling.workers import work; work()"
+"""Program of a worker process; its arguments are the folders that this process imports from."""
 
 
 def _start() -> Popen[bytes]:
     """Start a process that runs `work`, in a group of its own, which Ctrl-C in a terminal does not reach."""
+    command = [sys.executable, "-P", "-c", _WORKER, *map(str, sys.path)]
     try:
-        process = Popen([sys.executable, "-P", "-c", _WORKER], stdin=PIPE, stdout=PIPE, process_group=0)
+        return Popen(command, stdin=PIPE, stdout=PIPE, process_group=0)
     except OSError as error:
         raise WorkError(
             f"a worker process cannot start ({error.strerror}): use fewer processes with --jobs"
         ) from error
-    with suppress(BrokenPipeError):  # the first block reports that it has died
-        _send(_pipes(process)[0], sys.path)
-    return process
 
 
 def _pipes(process: Popen[bytes]) -> tuple[IO[bytes], IO[bytes]]:
@@ -177,11 +174,6 @@ def _pipes(process: Popen[bytes]) -> tuple[IO[bytes], IO[bytes]]:
     assert process.stdin is not None
     assert process.stdout is not None
     return process.stdin, process.stdout
-
-
-def _send(pipe: IO[bytes], content: object) -> None:
-    pickle.dump(content, pipe, pickle.HIGHEST_PROTOCOL)
-    pipe.flush()
 
 
 def work() -> NoReturn:
