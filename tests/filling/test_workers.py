@@ -102,7 +102,8 @@ def test_a_worker_killed_while_it_sends_a_result_ends_the_work(part):
 
 def test_what_a_block_prints_does_not_reach_the_result(capfd):
     with Processes(1) as workers:
-        assert list(workers.solved([partial(print, "printed"), partial(int, 7)])) == [None, 7]
+        blocks: list[Task[Any]] = [partial(print, "printed"), partial(int, 7)]
+        assert list(workers.solved(blocks)) == [None, 7]
     assert capfd.readouterr() == ("", "printed\n")
 
 
