@@ -28,5 +28,5 @@ def _completed(suggested: str) -> str:
     command, quote, after = suggested.partition("'")
     name, *options = command.split()
     allowed = ("--db", "--a") if name in _AT_ONE_A else ("--db",)
-    missing = [f" {option} {_given[option]}" for option in allowed if option in _given and option not in options]
-    return "".join([command, *missing, quote, after])
+    missing = [option for option in allowed if option in _given and option not in options]
+    return "".join([command, *(f" {option} {_given[option]}" for option in missing), quote, after])
