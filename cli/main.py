@@ -9,6 +9,7 @@ import gc
 import os
 import signal
 import sys
+import threading
 import time
 from contextlib import suppress
 from io import TextIOWrapper, UnsupportedOperation
@@ -72,6 +73,8 @@ def leave(code: int) -> NoReturn:
         except (OSError, ValueError):  # Python would try again at its end, and change the exit code
             with suppress(OSError, ValueError):
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    if threading.active_count() > 1:  # Python would wait for threads of the screen that still read
+        os._exit(code)
     sys.exit(code)
 
 
