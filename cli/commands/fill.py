@@ -127,7 +127,7 @@ def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
     from orbitdb.filling.estimate import LARGE, about
 
     if dry_run or coming.words >= LARGE:
-        room = f" and {gigabytes(coming.bytes)}" if coming.bytes else ""
+        room = f" and up to {gigabytes(coming.bytes)}" if coming.bytes else ""
         note(f"{span}: {several(coming.words, 'word')} to solve, {about(coming.seconds)}{room}, in {db}")
 
 
@@ -226,11 +226,11 @@ def sweep(
     periods are skipped.
     """
     from orbitdb.catalogue import Catalogue
-    from orbitdb.filling.estimate import sweep_need
+    from orbitdb.filling.estimate import SWEEP, need
 
     periods = asked_periods(context, asked, first)
     span = f"p = {written(periods)} at a = {exact(a)}"
-    coming = sweep_need(db, a, periods, solvers.number())
+    coming = need(db, a, periods, solvers.number(), SWEEP)
     announce(span, coming, db, dry_run)
     if dry_run:
         return

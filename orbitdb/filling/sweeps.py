@@ -16,7 +16,7 @@ from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.estimate import sweep_need
+from orbitdb.filling.estimate import SWEEP, need
 from orbitdb.filling.resuming import Step, Work, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
 from orbitdb.orbits.exponents import OrbitClasses, Tally, exponents
@@ -51,7 +51,7 @@ def sweep(
     tell: Tell = nobody,
 ) -> None:
     """Sweep the given periods at the given a (`Catalogue.sweep`)."""
-    coming = sweep_need(path, a, periods, number_of(jobs, workers))
+    coming = need(path, a, periods, number_of(jobs, workers), SWEEP)
     with at_work(coming.alone, jobs, workers) as solving:
         words = {p: count_admissible(p) for p in periods}
         steps = sweep_periods(path, a, periods, solving)
