@@ -22,11 +22,11 @@ from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.svg import orbit_svg
+from orbitdb.store.connection import never
 from orbitdb.store.file import Reader
 from orbitdb.store.query import choose
 from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection
-from orbitdb.store.where import never
 from orbitdb.text import exact
 
 _WIDTH = 800
@@ -84,9 +84,9 @@ def write_rows(
     """Write the rows of a subset; once `cancelled` returns True, writing stops and leaves no file."""
     if catalogue is None:
         raise InputError("there are no rows to write")
-    with catalogue.moment() as moment:
-        chosen = choose(moment, selection, str(ordering), cancelled=cancelled)
-        rows = rows_of(moment, chosen, WRITTEN, cancelled=cancelled)
+    with catalogue.moment(cancelled) as moment:
+        chosen = choose(moment, selection, str(ordering))
+        rows = rows_of(moment, chosen, WRITTEN)
         if path.suffix == ".parquet":
             write_file(path, "parquet", WRITTEN, rows, provenance(moment, [selection], False))
         else:

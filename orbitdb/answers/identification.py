@@ -163,7 +163,8 @@ def identify_trajectory(
     near = _measure("tolerance", NEAR if tolerance is None else tolerance, _MOST_TOLERANCE)
     most = _count(SHOWN if limit is None else limit)
     if start is not None:
-        path = trace_start(stadium, start, near, bounces)
+        each_way = None if bounces is None else need_whole("bounces", bounces, 0)
+        path = trace_start(stadium, start, near, each_way)
     elif bounces is not None:
         raise InputError("give a number of bounces with a start, not with points")
     else:
@@ -217,5 +218,4 @@ def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
 
 
 def _count(limit: int) -> int:
-    need_whole("limit", limit, 0)
-    return min(limit, _ALL)
+    return min(need_whole("limit", limit, 0), _ALL)

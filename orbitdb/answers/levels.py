@@ -11,7 +11,7 @@ from orbitdb.answers.completeness import highest_filled
 from orbitdb.answers.whole_periods import read_classes
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, as_floats
+from orbitdb.errors import InputError, as_floats, need_whole
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
@@ -185,6 +185,7 @@ def read_spectrum(
     parity: Parity | str | None = None,
 ) -> Spectrum:
     """Return the length spectrum (`Catalogue.spectrum`)."""
+    points = need_whole("points", points, 0)
     ends = as_floats(lengths, f"lengths {lengths!r:.40}: give a range such as (1, 12)")
     if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
         raise InputError(

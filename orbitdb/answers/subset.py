@@ -15,7 +15,7 @@ from orbitdb.answers.results import MOST_ROWS, html_of_orbits
 from orbitdb.arrays import Floats, Integers, Places, Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import WRITTEN, kind_of
-from orbitdb.errors import InputError, checked_methods
+from orbitdb.errors import InputError
 from orbitdb.extras import drawn, load
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
@@ -44,7 +44,6 @@ _BLOCK = 1 << 14
 _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
 
-@checked_methods
 @dataclass(frozen=True, eq=False, repr=False)
 class Subset:
     """The chosen words as arrays with one entry per word; missing numbers are NaN.

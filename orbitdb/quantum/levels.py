@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Floats
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium, as_stadium
-from orbitdb.errors import InputError, checked
+from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.quantum.condensation import Interiors, eigenfunctions, one_thread
 from orbitdb.quantum.elements import grid, quarter_stadium
@@ -236,7 +236,6 @@ class Levels(Drawn):
         return "curves.draw_levels", (self,), repr(self).strip("<>")
 
 
-@checked
 def levels(
     stadium: Stadium | float,
     low: float = 0.0,

@@ -35,8 +35,21 @@ _CACHE = 8 << 10
 Values = Sequence[Any] | Mapping[str, Any]
 
 
+def never() -> bool:
+    """Return False: the query is never cancelled."""
+    return False
+
+
 class Connection(sqlite3.Connection):
-    """A connection to a catalogue."""
+    """A connection to a catalogue.
+
+    Attributes
+    ----------
+    cancelled : callable
+        Called now and then during long queries; if it returns True, `CancelledError` is raised.
+    """
+
+    cancelled: Callable[[], bool] = staticmethod(never)
 
     def scalar(self, query: str, values: Values = ()) -> Any:
         """Return the first value of the first row, or None if there is no row."""

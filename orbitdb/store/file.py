@@ -2,7 +2,7 @@
 
 import sqlite3
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from importlib import resources
 from pathlib import Path
@@ -12,6 +12,8 @@ from orbitdb.errors import StoreError
 from orbitdb.store.connection import (
     Connection,
     Moment,
+    add_code,
+    never,
     open_sqlite,
     open_to_read,
     open_to_write,
@@ -86,14 +88,20 @@ def check_file(path: Path) -> int | None:
     return version
 
 
-def need_newest(path: Path) -> None:
-    """Raise `StoreError`, which says what to do, unless the file is a catalogue with the latest schema."""
+def need_newest(path: Path, missing_ok: bool = False) -> bool:
+    """Raise `StoreError`, which says what to do, unless the file is a catalogue with the latest schema.
+
+    Return False if it is missing, which is an error unless `missing_ok`.
+    """
     version = check_file(path)
+    if version is None and missing_ok:
+        return False
     if version is None:
         there = "" if path.absolute() == absolute_path(None) else f" --db {path}"
         raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11{there}'")
     if version < SCHEMA_VERSION:
         raise StoreError(f"{path} has the older schema {version}: run 'orbitdb migrate' first")
+    return True
 
 
 def _marks(path: Path) -> tuple[int, int, bool]:
@@ -133,39 +141,59 @@ class Reader:
     ----------
     path : path-like, optional
         The file; by default the one that ``ORBITDB_DB`` names, or else ``orbits.db`` in your data folder.
+    missing_ok : bool, optional
+        Whether a missing file is an empty catalogue.
 
     Raises
     ------
     StoreError
-        If there is no catalogue at the path, or this version cannot read it.
+        If there is no catalogue at the path, unless `missing_ok`, or this version cannot read it.
     """
 
-    def __init__(self, path: Path | str | None = None) -> None:
-        need_newest(default_path() if path is None else home_expanded(path))
+    def __init__(self, path: Path | str | None = None, missing_ok: bool = False) -> None:
+        self._missing_ok = missing_ok
+        self._there = need_newest(default_path() if path is None else home_expanded(path), missing_ok)
         self.path = absolute_path(path)
         self._place = place(self.path)
 
-    def connect(self) -> Moment:
-        """Return a connection to the file that is now at the path."""
-        if place(self.path) != self._place:  # another file has taken its place
-            need_newest(self.path)
+    def there(self) -> bool:
+        """Tell whether there is a catalogue at the path now; raise `StoreError` if it cannot be read."""
+        if not self._there or place(self.path) != self._place:  # another file has taken its place
+            self._there = need_newest(self.path, self._missing_ok)
             self._place = place(self.path)
-        return open_to_read(self.path)
+        return self._there
+
+    def connect(self) -> Moment:
+        """Return a connection to the file that is now at the path, or to an empty catalogue in memory."""
+        return open_to_read(self.path) if self.there() else _open_empty(self.path)
 
     @contextmanager
-    def moment(self) -> Iterator[Moment]:
-        """Yield a read transaction; changes made meanwhile appear in the next one."""
+    def moment(self, cancelled: Callable[[], bool] = never) -> Iterator[Moment]:
+        """Yield a read transaction; changes made meanwhile appear in the next one.
+
+        Long queries call `cancelled` now and then, and raise `CancelledError` if it returns True.
+        """
         with (
             unchanged(self.path),
             plain_errors(self.path),
             closing(self.connect()) as moment,
             transaction(moment),
         ):
+            moment.cancelled = cancelled
             journal = places_beside(self.path)
             try:
                 yield moment
             finally:
                 remove_journal_of(self.path, self._place, journal)
+
+
+def _open_empty(path: Path) -> Moment:
+    """Return an empty catalogue in memory, for a path without a file."""
+    moment = open_sqlite("file::memory:", Moment)
+    moment.path = path
+    add_code(moment)
+    _create(moment)
+    return moment
 
 
 @contextmanager

@@ -9,7 +9,7 @@ Geometrically pruned words have no class; they are found only if the selection n
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from typing import Any
@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import Connection
+from orbitdb.store.connection import Connection, never
 from orbitdb.store.fills import of_spans
 from orbitdb.store.lives import NEAR
 from orbitdb.store.rows import OF_ONE_WORD, Chosen, as_array, sorted_words, stabilisers_of
 from orbitdb.store.schema import BORN, DIED, LONG, OF_CLASS, PRUNED_ROWS, SHARED, id_of_class
 from orbitdb.store.selection import Selection, SelectionError, unknown_column
-from orbitdb.store.where import Patience, never, of_classes, watched
+from orbitdb.store.where import Patience, of_classes, watched
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.symmetry import ODD, class_of, members, places_of_elements
 
@@ -54,7 +54,6 @@ def choose(
     columns: Sequence[str] = (),
     most: int | None = None,
     counted: bool = False,
-    cancelled: Callable[[], bool] = never,
     by_class: bool = False,
 ) -> Chosen:
     """Find a chosen subset in the catalogue.
@@ -71,8 +70,6 @@ def choose(
         Number of rows that are needed, from the first on; later rows may be in any order, or missing.
     counted : bool, optional
         Whether the total number of rows is needed even so.
-    cancelled : callable, optional
-        Called now and then; if it returns True, `CancelledError` is raised.
     by_class : bool, optional
         Whether a class with chosen words has one row, for its representative.
     """
@@ -88,7 +85,7 @@ def choose(
     if most is not None and not (counted or by_words or sorted_far):
         query += f" LIMIT {min(most, _LARGEST)}"  # every class has at least one row
     own = ["mask", "symmetry"] if of_words else []
-    with _answering(connection, selection, cancelled):
+    with _answering(connection, selection):
         coded, *more = _arrays(connection, query, values, ("coded", *own, *names))
     sizes = np.uint8(1) << (coded & 3).astype(np.uint8)
     masks = ((np.uint16(1) << sizes) - 1).astype(np.uint8)
@@ -103,13 +100,13 @@ def choose(
     return replace(chosen, rows=sorted_words(connection, chosen, keys, read)) if by_words else chosen
 
 
-def _answering(
-    connection: Connection, selection: Selection, cancelled: Callable[[], bool]
-) -> AbstractContextManager[None]:
+def _answering(connection: Connection, selection: Selection) -> AbstractContextManager[None]:
     """Return a context in which to query a subset; it confines the expression of the subset, if any."""
     if selection.where is not None:
-        return watched(connection, Patience(cancelled=cancelled), selection.where)
-    return nullcontext() if cancelled is never else watched(connection, Patience(math.inf, cancelled))
+        return watched(connection, Patience(cancelled=connection.cancelled), selection.where)
+    if connection.cancelled is never:
+        return nullcontext()
+    return watched(connection, Patience(math.inf, connection.cancelled))
 
 
 def _classes(
@@ -205,13 +202,11 @@ def position_of(connection: Connection, chosen: Chosen, word: str) -> int | None
     return chosen.position(id_of_class(connection, representative), place)
 
 
-def first_where(
-    connection: Connection, chosen: Chosen, condition: str, cancelled: Callable[[], bool] = never
-) -> int | None:
+def first_where(connection: Connection, chosen: Chosen, condition: str) -> int | None:
     """Return the number of the first row that meets a further condition, in SQL, or None."""
     where = chosen.selection.where
     both = f"(\n{where}\n) AND {condition}" if where else condition
-    part = choose(connection, replace(chosen.selection, where=both), cancelled=cancelled)
+    part = choose(connection, replace(chosen.selection, where=both))
     masks, by_id = np.zeros_like(chosen.masks), np.argsort(chosen.ids)
     masks[by_id[np.searchsorted(chosen.ids, part.ids, sorter=by_id)]] = part.masks
     return chosen.first(masks)

@@ -6,7 +6,7 @@ count. Averages weight a class by its number of bits. A third array is needed on
 """
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import itemgetter
@@ -21,7 +21,7 @@ from orbitdb.errors import AlteredError
 from orbitdb.store.connection import Connection
 from orbitdb.store.schema import LONG, OF_CLASS, OF_WORD, PRUNED_ROWS, SHARED
 from orbitdb.store.selection import Selection, unknown_column
-from orbitdb.store.where import CancelledError, never
+from orbitdb.store.where import CancelledError
 from orbitdb.symbols.symmetry import (
     BITS_OF,
     ELEMENT_OF,
@@ -267,11 +267,10 @@ def rows_of(
     names: Sequence[str],
     first: int = 0,
     last: int | None = None,
-    cancelled: Callable[[], bool] = never,
 ) -> Iterator[tuple[Any, ...]]:
     """Yield rows first .. last - 1 of a subset as plain values; missing values are None."""
     for columns in blocks_of(connection, chosen, names, first, last):
-        if cancelled():
+        if connection.cancelled():
             raise CancelledError
         yield from zip(*map(plain, columns), strict=True)
 

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from orbitdb.store.connection import Connection, add_code
+from orbitdb.store.connection import Connection, add_code, never
 from orbitdb.store.schema import OF_WORD, SHARED, TABLES, VIEWS
 from orbitdb.store.selection import SelectionError
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive, primitive_root
@@ -43,11 +43,6 @@ _ALLOWED = {
 _OF_CLASSES = SHARED.keys() - {"cycle"}  # an index on ids would change the order of the rows
 _STOPPED = ("interrupted", "not authorized", "prohibited", "user-defined function")
 """Parts of the messages of SQLite if a function of Python fails or refuses to go on."""
-
-
-def never() -> bool:
-    """Return False: the query is never cancelled."""
-    return False
 
 
 class CancelledError(Exception):

@@ -18,9 +18,9 @@ from orbitdb.cli.tui.counts_screen import DRAWN, Count, CountsScreen
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.stored import Ordering
 from orbitdb.orbits.status import Status
+from orbitdb.store.connection import never
 from orbitdb.store.file import Reader
 from orbitdb.store.selection import Selection
-from orbitdb.store.where import never
 from orbitdb.store.writing import Writer, add_reference
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.text import with_error

@@ -1,0 +1,1007 @@
+"""`Catalogue`, the main class of the library: a database of periodic orbits to fill, query and check."""
+
+import math
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
+
+from orbitdb.answers.completeness import describe_fills
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError, StoreError, need_whole
+from orbitdb.extras import Rows
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.progress import Tell, telling
+from orbitdb.store.connection import Moment, never
+from orbitdb.store.file import Reader
+from orbitdb.store.fills import best_reference, bounds_by_a, read_fills, read_sweeps, tightest_bounds
+from orbitdb.store.lives import read_birth_fills, read_lives
+from orbitdb.store.lookup import WITH_ORBITS, a_meant, a_values, find_word, meant
+from orbitdb.store.paths import default_path, home_expanded
+from orbitdb.store.query import COLUMNS, choose
+from orbitdb.store.rows import rows_of
+from orbitdb.store.selection import (
+    Criteria,
+    Selection,
+    SelectionError,
+    chosen_by,
+    chosen_periods,
+    fillable,
+    with_criteria,
+)
+from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
+
+if TYPE_CHECKING:
+    import numpy as np
+    import sqlalchemy
+    from numpy.typing import ArrayLike
+
+    from orbitdb.answers.completeness import Counted
+    from orbitdb.answers.identification import Candidate, Trajectory
+    from orbitdb.answers.results import Births, Result
+    from orbitdb.answers.scars import Scar
+    from orbitdb.answers.subset import Subset
+    from orbitdb.entropy.bounds import EntropyBounds
+    from orbitdb.filling.workers import Workers
+    from orbitdb.orbits.exponents import OrbitClasses
+    from orbitdb.quantum.length_spectrum import Spectrum
+    from orbitdb.quantum.levels import Levels
+    from orbitdb.quantum.missing_levels import Assessment
+    from orbitdb.quantum.weyl import Parity
+    from orbitdb.store.fills import Contents, Fill, Sweep
+    from orbitdb.store.lives import BirthFill
+    from orbitdb.trajectories.ensemble import Reference
+    from orbitdb.verification.verify import Verification
+
+_Answer = TypeVar("_Answer")
+
+_SHOWN = 4
+"""Maximum number of further values of ``a`` in a repr."""
+
+
+class Catalogue:
+    """A database of the periodic orbits of stadium billiards.
+
+    Parameters
+    ----------
+    path : path-like, optional
+        The file; by default the one that ``ORBITDB_DB`` names, or else ``orbits.db`` in your data folder.
+    a : float, optional
+        Half length of the stadium; all methods take another one as ``a``. If you give none, it is the only
+        value with stored orbits, or else 1.6.
+    missing_ok : bool, optional
+        Whether a missing file is an empty catalogue. It is not created until something is stored in it.
+
+    Raises
+    ------
+    StoreError
+        If there is no catalogue at the path, unless `missing_ok`, or if this version cannot read it.
+
+    Examples
+    --------
+    >>> catalogue = Catalogue("orbits.db", a=1.6)
+    >>> catalogue
+    <Catalogue orbits.db: periods 2-11 at a = 1.6>
+    >>> round(catalogue["1232131"].length, 9), "1232131" in catalogue, len(catalogue)
+    (22.454362411, True, 89789)
+    >>> catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35))
+    <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
+
+    Each question reads the file as it is at that moment; `snapshot` asks several questions at one moment. If
+    another file takes its place, the next question reads that one. Nothing has to be closed.
+    """
+
+    # the file
+
+    def __init__(
+        self, path: Path | str | None = None, a: float | None = None, *, missing_ok: bool = False
+    ) -> None:
+        self._a = None if a is None else Stadium(a).a
+        self._missing_ok = missing_ok
+        self._file = Reader(path, missing_ok)
+        self._of_thread = threading.local()
+
+    @classmethod
+    def create(cls, path: Path | str | None = None, a: float | None = None) -> Self:
+        """Open a catalogue; create a missing one first, and upgrade an old one to the latest schema."""
+        from orbitdb.store.file import migrate
+
+        migrate(default_path() if path is None else home_expanded(path))
+        return cls(path, a)
+
+    @property
+    def path(self) -> Path:
+        """Absolute path of the file."""
+        return self._file.path
+
+    @property
+    def a(self) -> float:
+        """Half length of the default stadium; it does not change once it has been determined.
+
+        Raises
+        ------
+        InputError
+            If you gave none, and orbits are stored at several values of ``a`` but not at 1.6.
+        """
+        if self._a is None:
+            with self.snapshot() as moment:
+                self._a = a_meant(moment)
+        return self._a
+
+    @contextmanager
+    def snapshot(self, cancelled: Callable[[], bool] = never) -> Iterator[Moment]:
+        """Let all questions in a ``with`` block see the file at one moment, whatever others write meanwhile.
+
+        A snapshot within another one, in the same thread, joins it.
+
+        Parameters
+        ----------
+        cancelled : callable, optional
+            Called now and then during long questions; if it returns True, `CancelledError` is raised.
+
+        Examples
+        --------
+        >>> with catalogue.snapshot():
+        ...     catalogue.count(p=5) == catalogue.table(p=5)["N_t"][0]
+        True
+        """
+        opened: Moment | None = getattr(self._of_thread, "moment", None)
+        if opened is not None:
+            yield opened
+            return
+        with self._file.moment(cancelled) as moment:
+            self._of_thread.moment = moment
+            try:
+                yield moment
+            finally:
+                self._of_thread.moment = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Do nothing: the file is open only while a question is answered."""
+
+    def engine(self) -> "sqlalchemy.Engine":
+        """Return an SQLAlchemy engine for SQL of your own, such as ``pandas.read_sql(query, c.engine())``.
+
+        Its connections read the tables and views of `orbitdb sql`, and know ``code()``; they cannot write.
+        """
+        import sqlalchemy as sa
+
+        return sa.create_engine("sqlite://", creator=self._file.connect, poolclass=sa.NullPool)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle only the arguments; the copy opens the file itself."""
+        return partial(type(self), missing_ok=self._missing_ok), (self.path, self._a)
+
+    def __repr__(self) -> str:
+        try:
+            with self.snapshot() as moment:
+                contents = self._contents(moment)
+        except StoreError as error:
+            contents = str(error)
+        return f"<Catalogue {self.path.name}: {contents}>"
+
+    def _contents(self, moment: Moment) -> str:
+        """Return one line that says which periods are filled, beginning with the default ``a``."""
+        values = a_values(moment, WITH_ORBITS)
+        try:
+            own = [meant(values) if self._a is None else self._a]
+        except InputError:
+            own = []
+        others = [a for a in values if a not in own]
+        parts = [describe_fills(read_fills(moment, a), a) for a in (*own, *others[:_SHOWN])]
+        return "; ".join(parts) + (f"; and at {len(others) - _SHOWN} more" if len(others) > _SHOWN else "")
+
+    # what is stored
+
+    def a_values(self, *, orbits: bool = False) -> list[float]:
+        """Return the stored values of ``a`` in order; with `orbits`, only those with orbits or sweeps."""
+        with self.snapshot() as moment:
+            return a_values(moment, WITH_ORBITS if orbits else ())
+
+    def fills(self, *, a: float | None = None) -> "Rows[Fill]":
+        """Return the fills at a given ``a``, in order of period."""
+        with self.snapshot() as moment:
+            return Rows(read_fills(moment, self._at(a)))
+
+    def birth_fills(self) -> "Rows[BirthFill]":
+        """Return how far births and deaths are stored, period by period."""
+        with self.snapshot() as moment:
+            return Rows(read_birth_fills(moment))
+
+    def births(self, p: int) -> "Births":
+        """Return the ranges of ``a`` in which the classes of a period are orbits, in order of birth.
+
+        The list is empty if no births of the period are stored (`fill_births`).
+
+        Raises
+        ------
+        InputError
+            If no catalogue can have births of the period.
+        """
+        from orbitdb.answers.results import Births
+
+        period = need_whole("p", p, -math.inf)
+        fillable([(period, period)])
+        with self.snapshot() as moment:
+            return Births(read_lives(moment, period))
+
+    def entropy_bounds(self, *, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
+        """Return the tightest bounds on the topological entropy that `prove_bounds` stored, or None.
+
+        Parameters
+        ----------
+        proof : str, optional
+            ``doubles`` or ``balls``, for bounds proved in this arithmetic only; by default in either.
+        """
+        with self.snapshot() as moment:
+            return tightest_bounds(moment, self._at(a), proof)
+
+    def entropy_curve(self, *, proof: str | None = None) -> "Rows[EntropyBounds]":
+        """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
+        with self.snapshot() as moment:
+            return Rows(bounds_by_a(moment, proof))
+
+    def reference(self, *, a: float | None = None) -> "Reference | None":
+        """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
+        with self.snapshot() as moment:
+            return best_reference(moment, self._at(a))
+
+    def sweeps(self, *, a: float | None = None) -> "Rows[Sweep]":
+        """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
+        with self.snapshot() as moment:
+            return Rows(read_sweeps(moment, self._at(a)))
+
+    def contents(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
+        """Return what is stored at a given ``a``, in some periods or in all; `delete` would delete it."""
+        from orbitdb.store.fills import contents
+
+        chosen = chosen_by(a=a, p=p)
+        with self.snapshot() as moment:
+            return contents(moment, chosen.a, chosen.periods)
+
+    # one word
+
+    def find(self, word: str, *, a: float | None = None) -> Orbit | None:
+        """Return the stored orbit of a primitive word, in the given rotation, or None if it is not stored.
+
+        The word consists of symbols 0 to 5, or is in run notation; otherwise a `WordError` is raised.
+        """
+        symbols = parse(word)
+        with self.snapshot() as moment:
+            return find_word(moment, symbols, self._at(a))
+
+    def __contains__(self, word: object) -> bool:
+        """Tell whether a word is stored, whatever its rotation and status."""
+        try:
+            return isinstance(word, str) and self.find(word) is not None
+        except WordError:
+            return False
+
+    def __getitem__(self, word: str) -> Orbit:
+        """Return the orbit of a word, in the given rotation, whatever its status.
+
+        A word that is not stored is solved on the spot; its orbit has ``stored`` false. A word that repeats a
+        shorter one raises a `KeyError`, and a text that is not a word a `WordError`.
+        """
+        symbols = parse(word)
+        if not is_primitive(symbols):
+            raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for the shorter word")
+        return self.orbit(symbols)
+
+    def orbit(self, word: str, *, a: float | None = None) -> Orbit:
+        """Return the orbit of a primitive word at a given ``a``, stored or solved on the spot."""
+        at = self._at(a)
+        stored = self.find(word, a=at)
+        if stored is not None:
+            return stored
+        from orbitdb.orbits.solve import solve_word
+
+        return solve_word(parse_primitive(word), at)
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the stored words, as least rotations, in order of period."""
+        return (word for (word,) in self.rows(columns=("code",)))
+
+    def __len__(self) -> int:
+        """Return the number of stored words, not counting geometrically pruned ones."""
+        return self.count()
+
+    def __bool__(self) -> bool:
+        return True
+
+    # chosen subsets
+
+    @with_criteria
+    def rows(
+        self,
+        selection: Selection | None = None,
+        *,
+        columns: Sequence[str] = COLUMNS,
+        order: str = "p",
+        limit: int | None = None,
+        offset: int = 0,
+        **criteria: Unpack[Criteria],
+    ) -> Iterator[tuple[Any, ...]]:
+        """Yield the rows of a subset, one per word, chosen by a `Selection` or by the criteria of `select`.
+
+        Parameters
+        ----------
+        columns : sequence of str, optional
+            Names of columns of the view ``catalogue``.
+        order : str, optional
+            Columns to sort by, separated by commas; ``desc`` after a name, or ``-`` before it, reverses the
+            order. Ties are broken by period, representative and element, in ascending order.
+        limit, offset : int, optional
+            Maximum number of rows to yield, and number of rows to skip first.
+        """
+        first = need_whole("offset", offset, 0)
+        most = None if limit is None else first + need_whole("limit", limit, 0)
+        chosen = self._chosen(selection, criteria)
+        with self.snapshot() as moment:
+            yield from rows_of(moment, choose(moment, chosen, order, most=most), columns, first, most)
+
+    @with_criteria
+    def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
+        """Return the number of words in a chosen subset, given as in `select`."""
+        return len(self._answer(choose, selection, criteria))
+
+    @with_criteria
+    def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Counted":
+        """Return the counts of the paper's Table 1, taken from a fill, a sweep, or births.
+
+        The only parameters are ``a`` and ``p``; by default, it counts all stored periods.
+        """
+        from orbitdb.answers.completeness import count
+
+        return self._answer(count, selection, criteria)
+
+    @with_criteria
+    def select(
+        self,
+        selection: Selection | None = None,
+        *,
+        order: str = "p",
+        coordinates: bool = False,
+        classes: bool = False,
+        **criteria: Unpack[Criteria],
+    ) -> "Subset":
+        """Return a chosen subset as arrays, one entry per word.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            The subset; you can give the criteria below instead.
+        order : str, optional
+            Columns to sort by, as in `rows`.
+        coordinates : bool, optional
+            Whether to read the coordinates as well.
+        classes : bool, optional
+            Whether to return one entry per symmetry class with chosen words, its representative.
+        a : float, optional
+            Half length of the stadium; by default the catalogue's.
+        p : int, str or iterable of int, optional
+            A period, several periods such as ``range(2, 6)``, or a text such as ``2,3,5-7``.
+        status : Status, str or iterable of them, optional
+            One or more statuses; a text such as ``orbit,boundary`` can name several.
+        time_reversal, symmetry, contains, where, parameters : optional
+            As in `Selection`.
+        exists, not_at : float or iterable of float, optional
+            Values of ``a`` at which the words must be orbits, and at which they must not be.
+        length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float or None, float or None), optional
+            Least and greatest value, or None for no limit, as in ``length=(3, None)``.
+
+        Raises
+        ------
+        SelectionError
+            If a criterion is invalid.
+
+        Examples
+        --------
+        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).codes
+        array(['13', '013', '031', '132', '123'], dtype=StringDType())
+        """
+        from orbitdb.answers.subset import read_subset
+
+        return self._answer(read_subset, selection, criteria, order, coordinates, classes)
+
+    @with_criteria
+    def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "OrbitClasses":
+        """Return the symmetry classes of chosen orbits, each with the number of its words in the subset.
+
+        The parameters are those of `select`. Orbits through a joint are included if you ask for their status.
+        """
+        from orbitdb.answers.whole_periods import read_classes
+
+        return self._answer(read_classes, selection, criteria)
+
+    @with_criteria
+    def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+        """Return the paper's Table 1: the numbers of words and orbits by period, and the entropy K_0.
+
+        The only parameters are ``a`` and ``p``; `Subset.table` counts the rows of other subsets. If a period
+        is not filled, its counts come from a sweep or from births.
+
+        Examples
+        --------
+        >>> catalogue.table(p="2-4")["N_c"]
+        [1, 8, 32]
+        """
+        from orbitdb.answers.entropy import table
+
+        return self._answer(table, selection, criteria)
+
+    @with_criteria
+    def entropy(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+        """Return the topological entropy estimated from chosen orbits, by period, and proved bounds on it.
+
+        The parameters are those of `select`.
+
+        Examples
+        --------
+        >>> [round(h, 4) for h in catalogue.entropy(p="2-11")["h_zeta"][-2:]]
+        [1.1629, 1.1611]
+        """
+        from orbitdb.answers.entropy import entropy
+
+        return self._answer(entropy, selection, criteria)
+
+    @with_criteria
+    def lyapunov(
+        self,
+        selection: Selection | None = None,
+        *,
+        weight: str = "exp",
+        cut: float | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "Result":
+        """Return the Lyapunov exponents averaged over orbits chosen as in `select`, by period and method.
+
+        Parameters
+        ----------
+        weight : str, optional
+            ``exp`` for weights e^-lambda, as in the paper; ``det`` for weights ``1/|det(1 - M)|``.
+        cut : float, optional
+            Return instead a single zeta average, over all pseudo-cycles with lambda up to this value.
+        """
+        from orbitdb.answers.lyapunov import lyapunov
+
+        return self._answer(lyapunov, selection, criteria, weight, cut)
+
+    def identify(
+        self,
+        *,
+        start: Sequence[float] | None = None,
+        points: "ArrayLike | None" = None,
+        tolerance: float | None = None,
+        bounces: int | None = None,
+        limit: int | None = None,
+        a: float | None = None,
+    ) -> "Trajectory":
+        """Find the orbits that a trajectory shadows, given its start or its bounces.
+
+        The trajectory is converted to symbols. Each piece between near returns, up to 24 bounces long, is
+        looked up as a word, or solved if it is not stored. The result contains the orbits that the trajectory
+        follows for at least two bounces; the one that it goes round most often comes first.
+
+        Parameters
+        ----------
+        start : (float, float, float), optional
+            Position x, y relative to the centre of the stadium, inside it or on its boundary, and the angle
+            in radians between path and x axis. The trajectory is followed forwards and backwards.
+        points : array-like, shape (N, 2), optional
+            Instead of a start, x and y of 3 to 1000 successive bounces; the last may repeat the first. The
+            whole sequence is also tried as a word, whatever its period. If a point is closer to a joint of
+            wall and semicircle than its error, it may be assigned to the wrong side, and the orbit missed.
+        tolerance : float, optional
+            Largest distance between a bounce and the corresponding bounce of the orbit, and between a point
+            and the boundary; at most 1, by default 0.01.
+        bounces : int, optional
+            Number of bounces to follow in each direction from a start; 60 by default. The trajectory ends
+            where rounding may have moved a bounce by as much as the tolerance.
+        limit : int, optional
+            Maximum number of orbits to return; 10 by default.
+
+        Examples
+        --------
+        >>> trajectory = catalogue.identify(start=(0, 0.001, 0))
+        >>> [(stretch.orbit.code, stretch.first, stretch.bounces) for stretch in trajectory.shadowed[:1]]
+        [('31', -1, 4)]
+        """
+        from orbitdb.answers.identification import identify_trajectory
+
+        with self.snapshot():
+            at = Stadium(self._at(a))
+            find = partial(self.orbit, a=at.a)
+            return identify_trajectory(at, find, start, points, tolerance, bounces, limit)
+
+    def with_length(
+        self,
+        length: float,
+        *,
+        tolerance: float | None = None,
+        limit: int | None = None,
+        a: float | None = None,
+    ) -> "Rows[Candidate]":
+        """Find the stored orbits with a given length, traversed once or more; the closest matches come first.
+
+        Parameters
+        ----------
+        length : float
+            Total length of all traversals, in units of the radius.
+        tolerance : float, optional
+            Largest difference, at most 1; 0.001 by default. The error bound of each stored length is added.
+        limit : int, optional
+            Maximum number of orbits to return; by default all.
+
+        Examples
+        --------
+        >>> [(match.code, match.repetitions) for match in catalogue.with_length(20.8)]
+        [('13', 2)]
+        """
+        from orbitdb.answers.identification import identify_length
+
+        with self.snapshot() as moment:
+            return identify_length(moment, self._at(a), length, tolerance, limit)
+
+    # making
+
+    def fill(
+        self,
+        periods: int | str | Iterable[int] | None = None,
+        *,
+        words: str | Iterable[str] = (),
+        jobs: int | None = 1,
+        geometric: bool = False,
+        method: str = "newton",
+        workers: "Workers | None" = None,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Rows[Fill]":
+        """Store all words of the given periods, or the given words, with their orbits.
+
+        A fill that was interrupted resumes where it stopped; finished periods are skipped.
+
+        Parameters
+        ----------
+        periods : int, str or iterable of int, optional
+            Periods, such as ``"2-11"``.
+        words : str or iterable of str, optional
+            Primitive words of any period, to store with their symmetry classes; a single text is one word.
+        jobs : int or None, optional
+            Number of processes; None for one per core if there is enough work.
+        geometric : bool, optional
+            Whether to store the geometrically pruned words of the periods as well.
+        method : str, optional
+            ``newton``, or ``relaxation`` for the paper's method, which is slow.
+        workers : Workers, optional
+            An open `orbitdb.filling.cluster.Cluster` to use instead of local processes.
+        progress : callable, optional
+            Function called with the amount done, the total, and a text. By default, a notebook shows a bar.
+
+        Returns
+        -------
+        list of Fill
+            The progress and the counts of the given periods.
+
+        Raises
+        ------
+        InputError
+            If you give neither periods nor words, or if a value is invalid.
+        StoreError
+            If the file cannot be written, or the disk does not have enough room.
+
+        Examples
+        --------
+        >>> own = Catalogue.create("own.db", a=1)
+        >>> [fill.n_c for fill in own.fill("2-5")]
+        [1, 8, 32, 48]
+        """
+        from orbitdb.filling import fill as filling
+
+        at, wanted = self._at(a), () if periods is None else chosen_periods(periods)
+        single = [filling.fillable(word) for word in ([words] if isinstance(words, str | int) else words)]
+        if not wanted and not single:
+            raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
+        if geometric and not wanted:
+            raise InputError("geometric=True stores the pruned words of periods: name periods, too")
+        if wanted:
+            with telling(progress, "fill") as tell:
+                filling.fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
+        for word in single:
+            self.fill_word(word, method=method, a=at)
+        return Rows(fill for fill in self.fills(a=at) if fill.p in wanted)
+
+    def fill_word(self, word: str, *, method: str = "newton", a: float | None = None) -> Orbit:
+        """Store a primitive word of any period with its symmetry class, and return its orbit.
+
+        The other parameters are those of `fill`. The bouncing-ball family 02 is never stored.
+        """
+        from orbitdb.filling.fill import fill_word
+
+        return fill_word(self.path, word, self._at(a), method)
+
+    def fill_births(
+        self,
+        periods: int | str | Iterable[int],
+        *,
+        jobs: int | None = 1,
+        progress: Tell | None = None,
+    ) -> "Rows[BirthFill]":
+        """Find and store the values of ``a`` at which each word begins or ceases to be an orbit.
+
+        The parameters are those of `fill`.
+        """
+        from orbitdb.filling.fill import find_births
+
+        wanted = chosen_periods(periods)
+        with telling(progress, "births") as tell:
+            find_births(self.path, wanted, jobs, tell)
+        return Rows(fill for fill in self.birth_fills() if fill.p in wanted)
+
+    def sweep(
+        self,
+        periods: int | str | Iterable[int],
+        *,
+        jobs: int | None = 1,
+        workers: "Workers | None" = None,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Rows[Sweep]":
+        """Count the orbits of the given periods and compute the sums for averages, without storing rows.
+
+        `table`, `entropy` and `lyapunov` use sweeps for periods that are not filled. The parameters are those
+        of `fill`.
+        """
+        from orbitdb.filling.sweeps import sweep
+
+        at, wanted = self._at(a), chosen_periods(periods)
+        with telling(progress, "sweep") as tell:
+            sweep(self.path, at, wanted, jobs, workers, tell)
+        return Rows(sweep for sweep in self.sweeps(a=at) if sweep.p in wanted)
+
+    def simulate(
+        self,
+        bounces: int = 20_000_000,
+        *,
+        seed: "int | np.random.Generator" = 0,
+        legwise: bool = False,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Reference":
+        """Average over random trajectories, and store the result, which `reference` returns.
+
+        Parameters
+        ----------
+        bounces : int, optional
+            Total number of bounces.
+        seed : int or numpy.random.Generator, optional
+            The same seed gives the same result; a generator draws one.
+        legwise : bool, optional
+            Whether to sample leg by leg and use exact means, which makes the errors much smaller.
+        """
+        from orbitdb.filling import records
+
+        at, wanted = Stadium(self._at(a)), need_whole("bounces", bounces)
+        records.check_writable(self.path)
+        with telling(progress, "trajectories") as tell:
+            averages = records.simulate(at, wanted, _seed(seed), legwise, tell)
+        records.keep_simulated(self.path, averages)
+        return averages
+
+    def prove_bounds(
+        self,
+        edges: int | None = None,
+        *,
+        width: float | None = None,
+        seconds: float | None = None,
+        balls: bool = False,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "EntropyBounds":
+        """Prove bounds on the topological entropy per bounce, and store them; `entropy_bounds` returns them.
+
+        Parameters
+        ----------
+        edges : int, optional
+            Number of edges of the longest windows; 14 if nothing else limits the search.
+        width, seconds : float, optional
+            Stop when the bounds differ by at most this width, or after about this many seconds.
+        balls : bool, optional
+            Whether to check every decision in ball arithmetic, and use only those that it proves.
+
+        Returns
+        -------
+        EntropyBounds
+            The bounds that follow from the longest windows.
+        """
+        from orbitdb.filling import records
+
+        at, limits = self._at(a), records.limits_of(edges, width, seconds)
+        asked = {"a": f"{at!r}", "window": edges, "width": width, "time": seconds, "prove": balls}
+        proofs: list[Any] | None = [] if balls else None
+        with telling(progress, "bounds") as tell:
+            *_, last = records.find_bounds(self.path, [at], limits, proofs, 1, tell, asked)
+        return last
+
+    @with_criteria
+    def verify(
+        self,
+        selection: Selection | None = None,
+        *,
+        sample: int | None = None,
+        restarts: int = 0,
+        seed: "int | np.random.Generator" = 0,
+        births: bool = False,
+        rigorous: bool = False,
+        jobs: int | None = 1,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "Verification":
+        """Recompute the catalogue from its words alone, and compare the results with the stored ones.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            What to check, by default everything at every ``a``; or give criteria, as in `select`.
+        sample : int, optional
+            Check only this many classes, drawn at random.
+        restarts : int, optional
+            Number of random starts from which every word is solved again.
+        seed : optional
+            Seed of the sample and the restarts, as for `simulate`.
+        births : bool, optional
+            Whether to prove that no birth or death between a = 0.02 and 1000 is missing.
+        rigorous : bool, optional
+            Whether to prove every row in ball arithmetic, and store the certificates.
+        jobs, progress : optional
+            As for `fill`.
+
+        Examples
+        --------
+        >>> catalogue.verify(p="2-5").sound
+        True
+        """
+        from orbitdb.verification.verify import verifiable, verified
+
+        everywhere = selection is None and criteria.get("a") is None
+        chosen = self._chosen(selection, criteria)
+        selections = [chosen]
+        if everywhere:
+            with self.snapshot() as moment:
+                selections = [replace(chosen, a=at) for at in verifiable(moment)]
+        sample = None if sample is None else need_whole("sample", sample)
+        restarts, drawn = need_whole("restarts", restarts, 0), _seed(seed)
+        with telling(progress, "verify") as tell:
+            return verified(self.path, selections, sample, restarts, drawn, births, rigorous, jobs, tell)
+
+    # deleting
+
+    def delete(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
+        """Delete what is stored at a given ``a``, and return what that was.
+
+        Parameters
+        ----------
+        a : float
+            Half length of the stadium.
+        p : int, str or iterable of int, optional
+            Periods whose orbits, fills and sweeps are deleted. By default everything at this ``a`` is
+            deleted, levels, bounds on the entropy and averages over trajectories, too.
+
+        Examples
+        --------
+        >>> own = Catalogue.create("own.db", a=1)
+        >>> fills = own.fill("2-5")
+        >>> print(own.delete(1, p="4-5"))
+        128 words, 2 fills (periods 4-5)
+        """
+        from orbitdb.store.writing import delete
+
+        contents, chosen = self.contents(a, p), chosen_by(a=a, p=p)
+        delete(self.path, chosen.a, chosen.periods)
+        return contents
+
+    # quantum levels
+
+    def fill_levels(
+        self,
+        low: float = 0.0,
+        high: float | None = None,
+        *,
+        parities: "Sequence[Parity | str] | str | None" = None,
+        jobs: int | None = 1,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Levels":
+        """Find and store all quantum levels with low <= k < high, each with an estimated error.
+
+        Parameters
+        ----------
+        low, high : float
+            The range of wavenumbers, in 1/radius. As in Python's `range`, a single number is the upper end.
+        parities : str or sequence of str, optional
+            Some of ``ee``, ``eo``, ``oe``, ``oo``: even (e) or odd (o) in x, then in y; by default all four.
+        jobs : optional
+            As for `fill`.
+        """
+        from orbitdb.filling import records
+        from orbitdb.quantum.levels import Levels
+        from orbitdb.quantum.weyl import parities_of
+
+        at, (low, high) = Stadium(self._at(a)), (0.0, low) if high is None else (low, high)
+        with telling(progress, "levels") as tell:
+            windows = records.find_levels(self.path, at, low, high, parities_of(parities), jobs, tell)
+        return Levels.joined(at.a, low, high, windows)
+
+    def spectrum(
+        self,
+        lengths: "ArrayLike" = (1.0, 12.0),
+        *,
+        points: int = 500,
+        k_max: float | None = None,
+        levels: "ArrayLike | None" = None,
+        parity: str | None = None,
+        a: float | None = None,
+    ) -> "Spectrum":
+        """Return the length spectra of the stored orbits and of the quantum levels.
+
+        `Spectrum.terms` and `Spectrum.term_rows` are the terms of the trace formula.
+
+        Parameters
+        ----------
+        lengths : (float, float), optional
+            Range of lengths, in units of the radius.
+        points : int, optional
+            Number of lengths in the range.
+        k_max : float, optional
+            End of the window in k, in 1/radius; by default where the levels end, or 30 without levels.
+        levels : array-like, shape (N,), optional
+            All levels k, beginning with the lowest; by default the stored ones.
+        parity : str, optional
+            ``ee``, ``eo``, ``oe`` or ``oo``; by default the levels of all parities together.
+        """
+        from orbitdb.answers.levels import read_spectrum
+
+        with self.snapshot() as moment:
+            return read_spectrum(moment, self._at(a), lengths, points, k_max, levels, parity)
+
+    def levels(
+        self,
+        k_max: float | None = None,
+        *,
+        parity: "Parity | str | None" = None,
+        method: str = "elements",
+        a: float | None = None,
+    ) -> "Levels":
+        """Return the quantum levels from k = 0 up, either the stored ones or those computed from orbits.
+
+        Parameters
+        ----------
+        k_max : float, optional
+            End of the range, in 1/radius. By default, the stored levels end at the first gap, and those from
+            orbits where the rms error reaches a fifth of the mean spacing.
+        parity : str, optional
+            ``ee``, ``eo``, ``oe`` or ``oo``; by default all.
+        method : str, optional
+            ``elements`` for the levels that `fill_levels` stored; ``orbits`` for levels from N_X(k), with
+            errors that hold for nine levels out of ten (`orbitdb.quantum.levels_from_orbits`).
+        """
+        from orbitdb.answers.levels import levels_from_orbits, levels_from_zero
+        from orbitdb.quantum.weyl import one_parity, parities_of
+
+        if method not in ("elements", "orbits"):
+            raise InputError(f"method {method!r}: use elements or orbits")
+        with self.snapshot() as moment:
+            if method == "elements":
+                return levels_from_zero(moment, self._at(a), parity, k_max)
+            return levels_from_orbits(moment, self._at(a), k_max, parities_of(one_parity(parity)))
+
+    def assess(
+        self,
+        k: "ArrayLike | None" = None,
+        *,
+        parity: "Parity | str | None" = None,
+        window: bool = False,
+        fit_radius: bool = False,
+        a: float | None = None,
+    ) -> "Assessment":
+        """Use the stored orbits to find where levels are missing from a list, and where some are spurious.
+
+        Parameters
+        ----------
+        k : array-like, shape (N,), optional
+            The levels in 1/radius, beginning with the lowest unless they are a window; by default the stored
+            ones.
+        parity : str, optional
+            ``ee``, ``eo``, ``oe`` or ``oo`` if all levels have this parity; by default, all four are mixed.
+        window : bool, optional
+            Whether the list begins with any level; `Assessment.first` then says which one it is.
+        fit_radius : bool, optional
+            Whether to fit the radius, in case it is known only to within half a per cent.
+        """
+        from orbitdb.answers.levels import assess_levels
+
+        with self.snapshot() as moment:
+            return assess_levels(moment, self._at(a), k, parity, fit_radius, window)[0]
+
+    def scars(
+        self,
+        low: float,
+        high: float | None = None,
+        *,
+        word: str | None = None,
+        parities: "Sequence[Parity | str] | str | None" = None,
+        order: str = "above",
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Rows[Scar]":
+        """Measure how strongly orbits scar the quantum levels with low <= k < high.
+
+        Parameters
+        ----------
+        low, high : float
+            The range of wavenumbers, in 1/radius. With `low` alone, the level of each parity nearest to it.
+        word : str, optional
+            An orbit, or ``02`` for the bouncing balls; the result then has an entry for every level. By
+            default, it has for each level the five that scar it most, out of the bouncing balls and the
+            twenty shortest stored orbits, and is sorted by k.
+        order : str, optional
+            Order of the scars of a word: ``above`` or ``strength`` (the largest first), or ``k``.
+        parities, progress : optional
+            As for `fill_levels`.
+        """
+        from orbitdb.answers.scars import check_scarring, scars_of, shortest_orbits
+        from orbitdb.quantum.weyl import parities_of
+
+        named, at = parities_of(parities), self._at(a)
+        if word is None:
+            with self.snapshot() as moment:
+                orbits = shortest_orbits(moment, at)
+        else:
+            orbits = [self.orbit(word, a=at)]
+            check_scarring(orbits[0])
+        with telling(progress, "waves") as tell:
+            return Rows(scars_of(orbits, low, high, named, order, tell))
+
+    def _answer(
+        self,
+        function: Callable[..., _Answer],
+        selection: Selection | None,
+        criteria: Criteria,
+        *arguments: Any,
+    ) -> _Answer:
+        """Call a function with a moment of the file, the chosen subset and further arguments."""
+        chosen = self._chosen(selection, criteria)
+        with self.snapshot() as moment:
+            return function(moment, chosen, *arguments)
+
+    def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:
+        if selection is not None and criteria:
+            raise SelectionError("give a Selection or criteria, not both")
+        if not isinstance(selection, Selection | None):
+            raise SelectionError(
+                f"choose a subset by criteria such as p=3 or a Selection, not {selection!r:.30}"
+            )
+        if selection is not None:
+            return selection
+        named = criteria.copy()
+        if named.get("a") is None:
+            named["a"] = self.a
+        return chosen_by(**named)
+
+    def _at(self, a: float | None) -> float:
+        return self.a if a is None else Stadium(a).a
+
+
+def _seed(seed: "int | np.random.Generator") -> int:
+    if hasattr(seed, "integers"):
+        return int(seed.integers(2**63))
+    return need_whole("seed", seed, 0)
