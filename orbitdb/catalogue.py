@@ -3,7 +3,7 @@
 import math
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -22,7 +22,6 @@ from orbitdb.store.lives import read_birth_fills, read_lives
 from orbitdb.store.lookup import WITH_ORBITS, a_meant, a_values, find_word, meant
 from orbitdb.store.paths import default_path, home_expanded
 from orbitdb.store.query import COLUMNS, choose
-from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import (
     Criteria,
     Selection,
@@ -41,6 +40,7 @@ if TYPE_CHECKING:
 
     from orbitdb.answers.completeness import Counted
     from orbitdb.answers.identification import Candidate, Trajectory
+    from orbitdb.answers.listing import Listing
     from orbitdb.answers.results import Births, Result
     from orbitdb.answers.scars import Scar
     from orbitdb.answers.subset import Subset
@@ -118,6 +118,11 @@ class Catalogue:
         return self._file.path
 
     @property
+    def missing(self) -> bool:
+        """Whether there is no file yet (`missing_ok`)."""
+        return not self._file.there()
+
+    @property
     def a(self) -> float:
         """Half length of the default stadium; it does not change once it has been determined.
 
@@ -148,16 +153,18 @@ class Catalogue:
         ...     catalogue.count(p=5) == catalogue.table(p=5)["N_t"][0]
         True
         """
-        opened: Moment | None = getattr(self._of_thread, "moment", None)
-        if opened is not None:
-            yield opened
-            return
-        with self._file.moment(cancelled) as moment:
+        before = getattr(self._of_thread, "moment", None)
+        with self._moment(cancelled) as moment:
             self._of_thread.moment = moment
             try:
                 yield moment
             finally:
-                self._of_thread.moment = None
+                self._of_thread.moment = before
+
+    def _moment(self, cancelled: Callable[[], bool] = never) -> AbstractContextManager[Moment]:
+        """Return the moment of this thread's snapshot, or else a new one, which a generator may keep open."""
+        opened: Moment | None = getattr(self._of_thread, "moment", None)
+        return self._file.moment(cancelled) if opened is None else nullcontext(opened)
 
     def __enter__(self) -> Self:
         return self
@@ -323,18 +330,24 @@ class Catalogue:
     @with_criteria
     def rows(
         self,
-        selection: Selection | None = None,
+        selection: "Selection | Sequence[Selection] | None" = None,
         *,
         columns: Sequence[str] = COLUMNS,
         order: str = "p",
         limit: int | None = None,
         offset: int = 0,
+        classes: bool = False,
         **criteria: Unpack[Criteria],
-    ) -> Iterator[tuple[Any, ...]]:
-        """Yield the rows of a subset, one per word, chosen by a `Selection` or by the criteria of `select`.
+    ) -> "Listing":
+        """Return the rows of a subset, one per word, chosen by a `Selection` or by the criteria of `select`.
+
+        Iterating over the result reads the rows; it also says how many there are, and what is missing.
 
         Parameters
         ----------
+        selection : Selection or sequence of Selection, optional
+            The subset, or one for each of several a; you can give criteria instead, and several values as
+            ``a``.
         columns : sequence of str, optional
             Names of columns of the view ``catalogue``.
         order : str, optional
@@ -342,12 +355,22 @@ class Catalogue:
             order. Ties are broken by period, representative and element, in ascending order.
         limit, offset : int, optional
             Maximum number of rows to yield, and number of rows to skip first.
+        classes : bool, optional
+            Whether to return one row per symmetry class with chosen words, that of its representative.
+
+        Examples
+        --------
+        >>> for code, length in catalogue.rows(p="2-11", order="length", limit=2, columns=("code", "length")):
+        ...     print(code, round(length, 6))
+        13 10.4
+        013 10.830391
         """
+        from orbitdb.answers.listing import Listing
+
         first = need_whole("offset", offset, 0)
-        most = None if limit is None else first + need_whole("limit", limit, 0)
-        chosen = self._chosen(selection, criteria)
-        with self.snapshot() as moment:
-            yield from rows_of(moment, choose(moment, chosen, order, most=most), columns, first, most)
+        most = None if limit is None else need_whole("limit", limit, 0)
+        chosen = self._several(selection, criteria)
+        return Listing(self.snapshot, self._moment, chosen, tuple(columns), order, most, first, classes)
 
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
@@ -996,6 +1019,24 @@ class Catalogue:
         if named.get("a") is None:
             named["a"] = self.a
         return chosen_by(**named)
+
+    def _several(
+        self, selection: Selection | Sequence[Selection] | None, criteria: Criteria
+    ) -> tuple[Selection, ...]:
+        """Return the chosen subset at each a."""
+        values = criteria.get("a")
+        if selection is None and isinstance(values, Iterable) and not isinstance(values, str):
+            named = criteria.copy()
+            named["a"] = None
+            one = chosen_by(**named)
+            chosen = tuple(replace(one, a=Stadium(a).a) for a in values)
+        elif isinstance(selection, Selection | None):
+            return (self._chosen(selection, criteria),)
+        else:
+            chosen = tuple(self._chosen(one, criteria) for one in selection)
+        if not chosen:
+            raise SelectionError("give one a or more")
+        return chosen
 
     def _at(self, a: float | None) -> float:
         return self.a if a is None else Stadium(a).a
