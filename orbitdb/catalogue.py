@@ -2,8 +2,8 @@
 
 import math
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,15 +11,24 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
 
 from orbitdb.answers.completeness import describe_fills
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, StoreError, need_whole
+from orbitdb.errors import AlteredError, InputError, StoreError, need_whole
 from orbitdb.extras import Rows
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.progress import Tell, telling
+from orbitdb.progress import Tell, nobody, telling
 from orbitdb.store.connection import Moment, never
 from orbitdb.store.file import Reader
 from orbitdb.store.fills import best_reference, bounds_by_a, read_fills, read_sweeps, tightest_bounds
 from orbitdb.store.lives import read_birth_fills, read_lives
-from orbitdb.store.lookup import WITH_ORBITS, a_meant, a_values, find_word, meant
+from orbitdb.store.lookup import (
+    WITH_ORBITS,
+    a_meant,
+    a_values,
+    born_with,
+    certificate_of,
+    find_word,
+    meant,
+    with_existence,
+)
 from orbitdb.store.paths import default_path, home_expanded
 from orbitdb.store.query import COLUMNS, choose
 from orbitdb.store.selection import (
@@ -39,18 +48,24 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from orbitdb.answers.completeness import Counted
-    from orbitdb.answers.identification import Candidate, Trajectory
+    from orbitdb.answers.dataset import Dataset
+    from orbitdb.answers.identification import Candidates, Trajectory
+    from orbitdb.answers.info import Info
     from orbitdb.answers.listing import Listing
     from orbitdb.answers.results import Births, Result
     from orbitdb.answers.scars import Scar
+    from orbitdb.answers.sql import Answer
     from orbitdb.answers.subset import Subset
     from orbitdb.entropy.bounds import EntropyBounds
+    from orbitdb.entropy.proof import Proof
+    from orbitdb.filling.estimate import Need
     from orbitdb.filling.workers import Workers
     from orbitdb.orbits.exponents import OrbitClasses
     from orbitdb.quantum.length_spectrum import Spectrum
     from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.missing_levels import Assessment
     from orbitdb.quantum.weyl import Parity
+    from orbitdb.store.file import Migration
     from orbitdb.store.fills import Contents, Fill, Sweep
     from orbitdb.store.lives import BirthFill
     from orbitdb.trajectories.ensemble import Reference
@@ -73,7 +88,7 @@ class Catalogue:
         Half length of the stadium; all methods take another one as ``a``. If you give none, it is the only
         value with stored orbits, or else 1.6.
     missing_ok : bool, optional
-        Whether a missing file is an empty catalogue. It is not created until something is stored in it.
+        Whether a missing file is an empty catalogue; `create` makes one in which something can be stored.
 
     Raises
     ------
@@ -107,10 +122,15 @@ class Catalogue:
     @classmethod
     def create(cls, path: Path | str | None = None, a: float | None = None) -> Self:
         """Open a catalogue; create a missing one first, and upgrade an old one to the latest schema."""
+        cls.migrate(path)
+        return cls(path, a)
+
+    @staticmethod
+    def migrate(path: Path | str | None = None) -> "Migration":
+        """Create a missing catalogue, or upgrade an old one; return its schema before and after, 0 if new."""
         from orbitdb.store.file import migrate
 
-        migrate(default_path() if path is None else home_expanded(path))
-        return cls(path, a)
+        return migrate(default_path() if path is None else home_expanded(path))
 
     @property
     def path(self) -> Path:
@@ -209,8 +229,47 @@ class Catalogue:
 
     # what is stored
 
-    def a_values(self, *, orbits: bool = False) -> list[float]:
-        """Return the stored values of ``a`` in order; with `orbits`, only those with orbits or sweeps."""
+    def info(self, *, facts: bool = True) -> "Info":
+        """Return what the file contains, and the time and disk space that it took.
+
+        Without `facts`, return only the filled and swept periods; the sizes of rows take long in large files.
+        """
+        from orbitdb.answers.info import read_info
+
+        with self.snapshot() as moment:
+            return read_info(moment, facts)
+
+    def sql(self, statement: str, parameters: Mapping[str, str | int | float] | None = None) -> "Answer":
+        """Return the rows of one SELECT statement, over all values of ``a``, read on demand.
+
+        The statement can read the views ``catalogue`` (one row per word), ``class`` (one row per class) and
+        ``life`` (births and deaths). It cannot write, and is stopped after a minute.
+
+        Parameters
+        ----------
+        statement : str
+        parameters : mapping, optional
+            Values for the names (``:name``) in the statement.
+
+        Examples
+        --------
+        >>> [*catalogue.sql("SELECT max(p) FROM catalogue WHERE a = :a", {"a": 1.6})]
+        [(11,)]
+        """
+        from orbitdb.answers.sql import Answer
+
+        return Answer(self.snapshot, self._moment, statement, parameters or {})
+
+    def a_values(self, *, orbits: bool = False, levels: bool = False) -> list[float]:
+        """Return the stored values of ``a`` in order.
+
+        With `orbits`, only those with orbits or sweeps; with `levels`, also those with levels alone.
+        """
+        if levels:
+            from orbitdb.verification.verify import verifiable
+
+            with self.snapshot() as moment:
+                return verifiable(moment)
         with self.snapshot() as moment:
             return a_values(moment, WITH_ORBITS if orbits else ())
 
@@ -304,15 +363,31 @@ class Catalogue:
             raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for the shorter word")
         return self.orbit(symbols)
 
-    def orbit(self, word: str, *, a: float | None = None) -> Orbit:
-        """Return the orbit of a primitive word at a given ``a``, stored or solved on the spot."""
-        at = self._at(a)
-        stored = self.find(word, a=at)
-        if stored is not None:
-            return stored
-        from orbitdb.orbits.solve import solve_word
+    def orbit(self, word: str, *, a: float | None = None, exists: bool = False) -> Orbit:
+        """Return the orbit of a primitive word at a given ``a``, stored or solved on the spot.
 
-        return solve_word(parse_primitive(word), at)
+        With `exists`, the ranges of ``a`` in which it exists are computed if they are not stored.
+        """
+        at = self._at(a)
+        orbit = self.find(word, a=at)
+        if orbit is None:
+            from orbitdb.orbits.solve import solve_word
+
+            orbit = solve_word(parse_primitive(word), at)
+        return with_existence(orbit) if exists else orbit
+
+    def born_with(self, orbit: Orbit) -> list[tuple[float, list[str]]]:
+        """Return the stored births of an orbit, each with the classes that are born on the same path.
+
+        They are given by their representatives. Classes with another period are left out.
+        """
+        with self.snapshot() as moment:
+            return born_with(moment, orbit)
+
+    def certificate(self, orbit: Orbit) -> tuple[float, int] | None:
+        """Return the radius and the number of bits of the stored proof of an orbit, or None."""
+        with self.snapshot() as moment:
+            return certificate_of(moment, orbit.representative, orbit.a)
 
     def __iter__(self) -> Iterator[str]:
         """Yield the stored words, as least rotations, in order of period."""
@@ -484,6 +559,7 @@ class Catalogue:
         *,
         weight: str = "exp",
         cut: float | None = None,
+        progress: Tell | None = None,
         **criteria: Unpack[Criteria],
     ) -> "Result":
         """Return the Lyapunov exponents averaged over orbits chosen as in `select`, by period and method.
@@ -494,10 +570,42 @@ class Catalogue:
             ``exp`` for weights e^-lambda, as in the paper; ``det`` for weights ``1/|det(1 - M)|``.
         cut : float, optional
             Return instead a single zeta average, over all pseudo-cycles with lambda up to this value.
+        progress : optional
+            As for `fill`, while pseudo-cycles are summed.
         """
         from orbitdb.answers.lyapunov import lyapunov
 
-        return self._answer(lyapunov, selection, criteria, weight, cut)
+        with telling(progress, "averaging") as tell:
+            return self._answer(lyapunov, selection, criteria, weight, cut, tell)
+
+    @with_criteria
+    def write_dataset(
+        self,
+        folder: Path | str,
+        selection: "Selection | Sequence[Selection] | None" = None,
+        *,
+        force: bool = False,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "Dataset":
+        """Write a folder that others can load and cite, with the chosen words of complete periods.
+
+        Its tables of classes, births, counts, averages, bounds and levels are not limited to these words.
+
+        Parameters
+        ----------
+        folder : path-like
+        selection : Selection or sequence of Selection, optional
+            The subset, or one for each of several a, as in `rows`; you can give criteria instead.
+        force : bool, optional
+            Whether to replace an older dataset.
+        progress : optional
+            As for `fill`.
+        """
+        from orbitdb.answers.dataset import write_dataset
+
+        with telling(progress, "dataset") as tell, self.snapshot() as moment:
+            return write_dataset(moment, Path(folder), self._several(selection, criteria), force, tell)
 
     def identify(
         self,
@@ -553,7 +661,7 @@ class Catalogue:
         tolerance: float | None = None,
         limit: int | None = None,
         a: float | None = None,
-    ) -> "Rows[Candidate]":
+    ) -> "Candidates":
         """Find the stored orbits with a given length, traversed once or more; the closest matches come first.
 
         Parameters
@@ -570,12 +678,39 @@ class Catalogue:
         >>> [(match.code, match.repetitions) for match in catalogue.with_length(20.8)]
         [('13', 2)]
         """
-        from orbitdb.answers.identification import identify_length
+        from orbitdb.answers.identification import read_candidates
 
         with self.snapshot() as moment:
-            return identify_length(moment, self._at(a), length, tolerance, limit)
+            return read_candidates(moment, self._at(a), length, tolerance, limit)
 
     # making
+
+    def estimate(
+        self,
+        periods: int | str | Iterable[int],
+        *,
+        jobs: int | None = 1,
+        method: str = "newton",
+        sweep: bool = False,
+        a: float | None = None,
+    ) -> "Need":
+        """Estimate the words to solve, the time and the disk space of a fill or, with `sweep`, of a sweep.
+
+        The other parameters are those of `fill`.
+        """
+        from orbitdb.filling.estimate import need, sweep_need
+        from orbitdb.filling.workers import number_of
+
+        at, wanted, number = self._at(a), chosen_periods(periods), number_of(jobs)
+        if sweep:
+            return sweep_need(self.path, at, wanted, number)
+        return need(self.path, at, wanted, number, method)
+
+    def check_room(self, needed: "Need") -> None:
+        """Raise `StoreError` if the disk has less free space than a fill needs (`estimate`)."""
+        from orbitdb.filling.estimate import check_room
+
+        check_room(self.path, needed)
 
     def fill(
         self,
@@ -643,6 +778,13 @@ class Catalogue:
             self.fill_word(word, method=method, a=at)
         return Rows(fill for fill in self.fills(a=at) if fill.p in wanted)
 
+    @staticmethod
+    def check_word(word: str) -> str:
+        """Return the symbols of a word; raise `InputError` if it cannot be stored."""
+        from orbitdb.filling.fill import fillable
+
+        return fillable(word)
+
     def fill_word(self, word: str, *, method: str = "newton", a: float | None = None) -> Orbit:
         """Store a primitive word of any period with its symmetry class, and return its orbit.
 
@@ -697,6 +839,7 @@ class Catalogue:
         *,
         seed: "int | np.random.Generator" = 0,
         legwise: bool = False,
+        store: bool = True,
         progress: Tell | None = None,
         a: float | None = None,
     ) -> "Reference":
@@ -710,15 +853,25 @@ class Catalogue:
             The same seed gives the same result; a generator draws one.
         legwise : bool, optional
             Whether to sample leg by leg and use exact means, which makes the errors much smaller.
+        store : bool, optional
+            Whether to store the result.
         """
         from orbitdb.filling import records
 
         at, wanted = Stadium(self._at(a)), need_whole("bounces", bounces)
-        records.check_writable(self.path)
+        if store:
+            records.check_writable(self.path)
         with telling(progress, "trajectories") as tell:
             averages = records.simulate(at, wanted, _seed(seed), legwise, tell)
-        records.keep_simulated(self.path, averages)
+        if store:
+            self.keep(averages)
         return averages
+
+    def keep(self, averages: "Reference") -> None:
+        """Store averages over trajectories that were computed elsewhere, such as by `orbitdb.simulate`."""
+        from orbitdb.filling.records import keep_simulated
+
+        keep_simulated(self.path, averages)
 
     def prove_bounds(
         self,
@@ -746,19 +899,66 @@ class Catalogue:
         EntropyBounds
             The bounds that follow from the longest windows.
         """
+        proofs: list[Proof] | None = [] if balls else None
+        with telling(progress, "bounds") as tell:
+            steps = self.search_bounds(
+                edges, width=width, seconds=seconds, proofs=proofs, jobs=1, progress=tell, a=a
+            )
+            *_, last = steps
+        return last
+
+    def search_bounds(
+        self,
+        edges: int | None = None,
+        *,
+        width: float | None = None,
+        seconds: float | None = None,
+        proofs: "list[Proof] | None" = None,
+        jobs: int | None = None,
+        store: bool = True,
+        progress: Tell = nobody,
+        a: float | Sequence[float] | None = None,
+    ) -> "Generator[EntropyBounds]":
+        """Yield bounds on the topological entropy from longer and longer windows, and store them.
+
+        Parameters
+        ----------
+        edges, width, seconds : optional
+            As for `prove_bounds`; the time is for each a.
+        proofs : list, optional
+            Check every decision in ball arithmetic, and append the proof for each a to this list.
+        jobs : int, optional
+            Number of processes for several a.
+        store : bool, optional
+            Whether to store the bounds.
+        a : float or sequence of float, optional
+            One or several half lengths.
+        """
         from orbitdb.filling import records
 
-        at, limits = self._at(a), records.limits_of(edges, width, seconds)
-        asked = {"a": f"{at!r}", "window": edges, "width": width, "time": seconds, "prove": balls}
-        proofs: list[Any] | None = [] if balls else None
-        with telling(progress, "bounds") as tell:
-            *_, last = records.find_bounds(self.path, [at], limits, proofs, 1, tell, asked)
-        return last
+        values = [self._at(one) for one in (a if isinstance(a, Sequence) else [a])]
+        limits = records.limits_of(edges, width, seconds)
+        asked = {
+            "a": values,
+            "window": limits[0],
+            "width": width,
+            "time": seconds,
+            "prove": proofs is not None,
+        }
+        return records.find_bounds(
+            self.path if store else None, values, limits, proofs, jobs, progress, asked
+        )
+
+    def check_writable(self) -> None:
+        """Raise `StoreError` if nothing can be stored in the file, before long work."""
+        from orbitdb.filling.records import check_writable
+
+        check_writable(self.path)
 
     @with_criteria
     def verify(
         self,
-        selection: Selection | None = None,
+        selection: "Selection | Sequence[Selection] | None" = None,
         *,
         sample: int | None = None,
         restarts: int = 0,
@@ -771,9 +971,11 @@ class Catalogue:
     ) -> "Verification":
         """Recompute the catalogue from its words alone, and compare the results with the stored ones.
 
+        What is missing is no error, but the result has notes about it.
+
         Parameters
         ----------
-        selection : Selection, optional
+        selection : Selection or sequence of Selection, optional
             What to check, by default everything at every ``a``; or give criteria, as in `select`.
         sample : int, optional
             Check only this many classes, drawn at random.
@@ -793,18 +995,22 @@ class Catalogue:
         >>> catalogue.verify(p="2-5").sound
         True
         """
+        from orbitdb.answers.completeness import gaps_of_periods
         from orbitdb.verification.verify import verifiable, verified
 
         everywhere = selection is None and criteria.get("a") is None
-        chosen = self._chosen(selection, criteria)
-        selections = [chosen]
-        if everywhere:
-            with self.snapshot() as moment:
-                selections = [replace(chosen, a=at) for at in verifiable(moment)]
+        selections = self._several(selection, criteria)
         sample = None if sample is None else need_whole("sample", sample)
         restarts, drawn = need_whole("restarts", restarts, 0), _seed(seed)
+        with self.snapshot() as moment:
+            if everywhere:
+                selections = tuple(replace(selections[0], a=at) for at in verifiable(moment))
+            missing: list[str] = []
+            with suppress(AlteredError):  # one of the checks reports it
+                missing += gaps_of_periods(moment, selections, everywhere)
         with telling(progress, "verify") as tell:
-            return verified(self.path, selections, sample, restarts, drawn, births, rigorous, jobs, tell)
+            found = verified(self.path, selections, sample, restarts, drawn, births, rigorous, jobs, tell)
+        return replace(found, notes=tuple(missing))
 
     # deleting
 
@@ -841,6 +1047,7 @@ class Catalogue:
         *,
         parities: "Sequence[Parity | str] | str | None" = None,
         jobs: int | None = 1,
+        store: bool = True,
         progress: Tell | None = None,
         a: float | None = None,
     ) -> "Levels":
@@ -852,17 +1059,22 @@ class Catalogue:
             The range of wavenumbers, in 1/radius. As in Python's `range`, a single number is the upper end.
         parities : str or sequence of str, optional
             Some of ``ee``, ``eo``, ``oe``, ``oo``: even (e) or odd (o) in x, then in y; by default all four.
-        jobs : optional
+        jobs, progress : optional
             As for `fill`.
+        store : bool, optional
+            Whether to store the levels; if not, stored ones are computed again.
         """
+        from orbitdb.answers.levels import notes_on_windows
         from orbitdb.filling import records
         from orbitdb.quantum.levels import Levels
         from orbitdb.quantum.weyl import parities_of
 
         at, (low, high) = Stadium(self._at(a)), (0.0, low) if high is None else (low, high)
         with telling(progress, "levels") as tell:
-            windows = records.find_levels(self.path, at, low, high, parities_of(parities), jobs, tell)
-        return Levels.joined(at.a, low, high, windows)
+            path = self.path if store else None
+            windows = records.find_levels(path, at, low, high, parities_of(parities), jobs, tell)
+        levels = Levels.joined(at.a, low, high, windows)
+        return replace(levels, notes=notes_on_windows(levels, windows))
 
     def spectrum(
         self,
@@ -912,20 +1124,20 @@ class Catalogue:
             End of the range, in 1/radius. By default, the stored levels end at the first gap, and those from
             orbits where the rms error reaches a fifth of the mean spacing.
         parity : str, optional
-            ``ee``, ``eo``, ``oe`` or ``oo``; by default all.
+            ``ee``, ``eo``, ``oe`` or ``oo``, or several of them for levels from orbits; by default all.
         method : str, optional
             ``elements`` for the levels that `fill_levels` stored; ``orbits`` for levels from N_X(k), with
             errors that hold for nine levels out of ten (`orbitdb.quantum.levels_from_orbits`).
         """
         from orbitdb.answers.levels import levels_from_orbits, levels_from_zero
-        from orbitdb.quantum.weyl import one_parity, parities_of
+        from orbitdb.quantum.weyl import parities_of
 
         if method not in ("elements", "orbits"):
             raise InputError(f"method {method!r}: use elements or orbits")
         with self.snapshot() as moment:
             if method == "elements":
                 return levels_from_zero(moment, self._at(a), parity, k_max)
-            return levels_from_orbits(moment, self._at(a), k_max, parities_of(one_parity(parity)))
+            return levels_from_orbits(moment, self._at(a), k_max, parities_of(parity))
 
     def assess(
         self,
@@ -953,7 +1165,42 @@ class Catalogue:
         from orbitdb.answers.levels import assess_levels
 
         with self.snapshot() as moment:
-            return assess_levels(moment, self._at(a), k, parity, fit_radius, window)[0]
+            assessment, notes = assess_levels(moment, self._at(a), k, parity, fit_radius, window)
+        return replace(assessment, notes=tuple(notes))
+
+    def level_statistics(
+        self,
+        levels: "Mapping[Parity, ArrayLike] | None" = None,
+        *,
+        parity: "Parity | str | None" = None,
+        a: float | None = None,
+    ) -> "Result":
+        """Return the statistics of the levels of each parity, and of random matrices and random numbers.
+
+        Parameters
+        ----------
+        levels : mapping of Parity to array-like, shape (N,), optional
+            The levels of each parity, beginning with the lowest; by default the stored ones.
+        parity : str, optional
+            ``ee``, ``eo``, ``oe`` or ``oo``; by default the stored levels of all four.
+        """
+        from orbitdb.answers.levels import level_statistics, levels_from_zero
+        from orbitdb.quantum.weyl import check_levels, parities_of
+
+        at = self._at(a)
+        with self.snapshot() as moment:
+            if levels is None:
+                own = {of: levels_from_zero(moment, at, of).k for of in parities_of(parity)}
+            else:
+                own = {of: check_levels(k, Stadium(at), of) for of, k in levels.items()}
+            return level_statistics(moment, at, own)
+
+    def stored_counterparts(self, levels: "Levels") -> list[float | None]:
+        """Return, for each level from orbits, the stored level with the same number, or None."""
+        from orbitdb.answers.levels import beside
+
+        with self.snapshot() as moment:
+            return beside(moment, levels)
 
     def scars(
         self,

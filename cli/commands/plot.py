@@ -15,7 +15,7 @@ from orbitdb.cli.figures import DRAWINGS, ENTROPY_OVER_A, SHEET_OF_WORDS, Drawin
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
 from orbitdb.cli.options import Asked, Choice, many_a, named
 from orbitdb.cli.output import code_text, note, progress
-from orbitdb.cli.reading import given_codes, known_catalogue, meant, primitive, reading
+from orbitdb.cli.reading import given_codes, primitive, reading, solving
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.text import exact, real, several
@@ -118,7 +118,11 @@ def plot(
         values = {"limit": limit, "order": order, "size": inches, "given": given, "grid": named(a) or ()}
         further = {name: values[name] for name in drawing.further}
         at = USUAL_A if over_a or kind == "births" else a  # these figures are about every a
-        with progress("drawing"), reading(db, at, choice) as (moment, chosen):
+        with (
+            progress("drawing"),
+            reading(db, at, choice) as (catalogue, chosen),
+            catalogue.snapshot() as moment,
+        ):
             made = _draw(drawing, moment, *chosen, **further)
     style.adjust(made, inches, title)
     label = str(made.get_label())
@@ -161,9 +165,9 @@ def _of_wave(
         raise InputError("name one parity, such as --parity ee")
     if len(codes) > 1:
         raise InputError("name one orbit at most")
-    (at,) = meant(db, a)
+    at, orbits = _orbits(codes, a, db)
     with progress("waves"):
-        return _draw(drawing, at, k, parity, next(iter(_orbits(codes, at, db)), None))
+        return _draw(drawing, at, k, parity, next(iter(orbits), None))
 
 
 def _of_words(
@@ -171,32 +175,28 @@ def _of_words(
 ) -> "Figure":
     """Draw the orbit of a single word, or several on a sheet; they are read or solved."""
     if kind == "sheet":
-        (at,) = meant(db, a)
-        orbits = _orbits(codes, at, db)
+        at, orbits = _orbits(codes, a, db)
         return _draw(drawing, orbits, f"{several(len(orbits), 'orbit')} at a = {exact(at)}", size)
     if len(codes) != 1:
         raise InputError(f"name one orbit to draw: plot {kind} 1232131")
     if kind == "life":
         with progress("following"):
             return _draw(drawing, _followed(codes[0]))
-    (at,) = meant(db, a)
-    return _draw(drawing, *_orbits(codes, at, db))
+    return _draw(drawing, *_orbits(codes, a, db)[1])
 
 
-def _orbits(codes: Sequence[str], a: float, db: Path) -> "list[Orbit]":
-    """Return the orbits of words, stored or solved now, except those without a path; raise if all are."""
-    from orbitdb.store.lookup import find_or_solve
-
-    catalogue = known_catalogue(db)
-    orbits = [find_or_solve(catalogue, primitive(code), a) for code in codes]
+def _orbits(codes: Sequence[str], a: Asked, db: Path) -> "tuple[float, list[Orbit]]":
+    """Return the a and the orbits of words at it, except those without a path; raise if all are."""
+    with solving(db, a) as (catalogue, (at,)):
+        orbits = [catalogue.orbit(primitive(code), a=at) for code in codes]
     drawn = [orbit for orbit in orbits if orbit.points is not None]
     for orbit in orbits:
         if orbit.points is None:
-            text = f"{code_text(orbit.code)} at a = {exact(a)} cannot be drawn: {orbit.status.sentence}"
+            text = f"{code_text(orbit.code)} at a = {exact(at)} cannot be drawn: {orbit.status.sentence}"
             if not drawn:
                 raise InputError(text)
             note(text)
-    return drawn
+    return at, drawn
 
 
 def _followed(code: str) -> "Orbit":

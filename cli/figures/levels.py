@@ -15,6 +15,7 @@ from orbitdb.answers.levels import (
 )
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.given_levels import GivenLevels
 from orbitdb.cli.output import note
 from orbitdb.orbits.orbit import Orbit
@@ -103,7 +104,7 @@ def draw_assessment(moment: Moment, chosen: Selection, given: GivenLevels) -> Fi
 
 def draw_spacings(moment: Moment, chosen: Selection, given: GivenLevels) -> Figure:
     """Draw the distribution of level spacings, in units of their mean, with those of Wigner and Poisson."""
-    a, parts = chosen.a, given.by_parity(moment, chosen.a)
+    a, parts = chosen.a, given.by_parity(Catalogue(moment.path), chosen.a)
     gaps = np.concatenate([np.diff(unfolded(k, Stadium(a), parity)) for parity, k in parts.items()])
     s = np.linspace(0, _BINS[-1], 200)
     with figure(6.4, 4.2, f"{len(gaps)} spacings at a = {exact(a)}: {', '.join(parts)}") as made:
@@ -121,7 +122,7 @@ def draw_rigidity(moment: Moment, chosen: Selection, given: GivenLevels) -> Figu
 
     The curves of the GOE and of uncorrelated (Poisson) levels are drawn for comparison.
     """
-    a, parts = chosen.a, given.by_parity(moment, chosen.a)
+    a, parts = chosen.a, given.by_parity(Catalogue(moment.path), chosen.a)
     colours = dict(zip(Parity, (BLUE, ORANGE, GREEN, PURPLE), strict=True))
     shown: list[tuple[str, Callable[[Floats, float], float | None], Floats, Floats]] = [
         (r"$\Delta_3(L)$", delta3, np.array([goe_delta3(length) for length in _RIGID]), _RIGID / 15),

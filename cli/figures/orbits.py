@@ -14,13 +14,12 @@ from matplotlib.ticker import MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
 from orbitdb.answers import whole_periods
-from orbitdb.answers.completeness import complete_length
+from orbitdb.answers.completeness import complete_length, gaps, nothing
 from orbitdb.answers.subset import read_subset
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.figures.averages import NOTHING
 from orbitdb.cli.output import code_text, note
-from orbitdb.cli.reading import note_gaps, note_nothing
 from orbitdb.orbits.least_values import least_limit_of_lengths
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.solve import solve_word
@@ -125,7 +124,8 @@ def draw_sheet(
 ) -> Figure:
     """Draw one orbit of each class of a subset, or only of the first `limit` classes in the given order."""
     chosen = _with_paths(moment, chosen)
-    note_gaps(moment, chosen, order=order)
+    for text in gaps(moment, chosen, order=order):
+        note(text)
     classes = choose(moment, chosen, order, by_class=True)
     words = rows_of(moment, classes, ("representative",), 0, limit)
     orbits = [orbit for (word,) in words if (orbit := find_word(moment, word, chosen.a)) is not None]
@@ -148,7 +148,8 @@ def sheet_of(orbits: Sequence[Orbit], title: str, size: Size | None = None) -> F
 def draw_phase_space(moment: Moment, chosen: Selection) -> Figure:
     """Draw the bounces of a subset in phase space, coloured by lambda per bounce."""
     stadium, chosen = Stadium(chosen.a), _with_paths(moment, chosen)
-    note_gaps(moment, chosen)
+    for text in gaps(moment, chosen):
+        note(text)
     subset = read_subset(moment, chosen, "p", coordinates=True)
     if not len(subset):
         raise _nothing(moment, chosen)
@@ -167,7 +168,8 @@ def draw_lengths(moment: Moment, *subsets: Selection) -> Figure:
     """
     read = [whole_periods.read_classes(moment, chosen) for chosen in subsets]
     for chosen, classes in zip(subsets, read, strict=True):
-        note_gaps(moment, chosen)
+        for text in gaps(moment, chosen):
+            note(text)
         if not len(classes):
             raise _nothing(moment, chosen)
     (chosen, *others), (classes, *_) = subsets, read
@@ -210,7 +212,8 @@ def _with_paths(moment: Moment, chosen: Selection) -> Selection:
     statuses = tuple(status for status in chosen.statuses if status in EXISTING)
     if statuses or not chosen.statuses:
         return replace(chosen, statuses=statuses)
-    note_gaps(moment, chosen)
+    for text in gaps(moment, chosen):
+        note(text)
     if total := len(choose(moment, chosen)):
         note(f"{chosen.describe(count=total)}: no path to draw; --status orbit draws orbits instead")
         raise typer.Exit(1)
@@ -219,7 +222,8 @@ def _with_paths(moment: Moment, chosen: Selection) -> Selection:
 
 def _nothing(moment: Moment, chosen: Selection) -> typer.Exit:
     """Report that there is nothing to draw; return the exception that ends the command."""
-    note_nothing(moment, chosen, more=NOTHING)
+    if text := nothing(moment, chosen):
+        note(f"{text}{NOTHING}")
     return typer.Exit(1)
 
 

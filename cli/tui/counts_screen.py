@@ -21,13 +21,13 @@ from textual.widgets.option_list import Option
 
 from orbitdb.answers.completeness import partial_periods
 from orbitdb.arrays import Floats, Integers
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.dialogs import ListDialog, NameList
 from orbitdb.cli.tui.panels.choices import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
 from orbitdb.cli.tui.stored import EVERY
 from orbitdb.store.connection import Moment
-from orbitdb.store.file import Reader
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 
@@ -187,7 +187,7 @@ class CountsScreen(OwnScreen[str | None]):
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
 
-    def __init__(self, catalogue: Reader, selection: Selection, column: str) -> None:
+    def __init__(self, catalogue: Catalogue, selection: Selection, column: str) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self.set_reactive(CountsScreen.column, column if column in DRAWN else "length")
@@ -225,7 +225,7 @@ class CountsScreen(OwnScreen[str | None]):
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[dict[str, list[Count]], str]:
         """Return the counts by each of the columns `_BY`, and a note on partial periods."""
-        with self._catalogue.moment(cancelled) as moment:
+        with self._catalogue.snapshot(cancelled) as moment:
             tallies = tally(moment, self._selection, _BY)
             partly = ", ".join(map(str, partial_periods(moment, self._selection)))
         groups = {name: counts_by(name, counts) for name, counts in tallies.items()}
@@ -239,7 +239,7 @@ class CountsScreen(OwnScreen[str | None]):
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[list[Count], str]:
         """Return the counts of the values of a column, or of ranges of its values, and a note."""
-        with self._catalogue.moment(cancelled) as moment:
+        with self._catalogue.snapshot(cancelled) as moment:
             if EVERY[column].kind != "number":  # integers or texts
                 return counts_by(column, tally(moment, self._selection, (column,))[column]), ""
             binned = histogram(moment, self._selection, column, bins)

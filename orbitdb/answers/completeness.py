@@ -124,6 +124,16 @@ def gaps(
     return [line for line in lines if line]
 
 
+def gaps_of_periods(moment: Moment, chosen: Sequence[Selection], everywhere: bool) -> list[str]:
+    """Return the gaps at each a; where nothing is filled, only if periods are chosen and not `everywhere`."""
+    lines = []
+    for selection in chosen:
+        if read_fills(moment, selection.a) or (selection.periods and not everywhere):
+            swept = [sweep.p for sweep in read_sweeps(moment, selection.a)]
+            lines += gaps(moment, selection, from_sweeps=swept)
+    return lines
+
+
 def partial_periods(moment: Moment, chosen: Selection) -> list[int]:
     """Return the chosen periods that are only partly stored; lists include their words."""
     return [fill.p for fill in read_fills(moment, chosen.a) if not fill.whole and chosen.includes(fill.p)]

@@ -11,7 +11,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from orbitdb import __version__
-from orbitdb.answers.completeness import by_length, complete_length, describe_complete, gaps, partial_periods
+from orbitdb.answers.completeness import (
+    by_length,
+    complete_length,
+    describe_complete,
+    gaps,
+    nothing,
+    partial_periods,
+)
 from orbitdb.answers.export import check_target, form_of, write_file
 from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
@@ -82,12 +89,20 @@ class Listing:
 
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows; missing values are None."""
+        return self._rows(self._end)
+
+    def head(self, most: int = MOST_ROWS) -> Iterator[Row]:
+        """Yield the first rows."""
+        end = self.offset + most
+        return self._rows(end if self._end is None else min(end, self._end))
+
+    def _rows(self, end: int | None) -> Iterator[Row]:
         with self._apart() as moment:
             subsets = self._subsets(moment)
             if len(subsets) > 1:
-                yield from self._merged(moment, subsets)
+                yield from self._merged(moment, subsets, end)
             else:
-                yield from rows_of(moment, subsets[0], self.columns, self.offset, self._end)
+                yield from rows_of(moment, subsets[0], self.columns, self.offset, end)
 
     @property
     def total(self) -> int:
@@ -104,12 +119,20 @@ class Listing:
     def notes(self) -> tuple[str, ...]:
         """What is missing: partial or unfilled periods, births, or all rows; one line each."""
         with self._snapshot() as moment:
-            empty = self.empty
+            absent = self.absent  # first, because it refuses a wrong expression
             where = self.selections[0].where
             lines = [] if where is None else [hint(where)]
             for chosen in self.selections:
-                lines += gaps(moment, chosen, names=self.columns, order=self.order, empty=empty)
-            return tuple(filter(None, lines))
+                lines += gaps(moment, chosen, names=self.columns, order=self.order)
+            return (*filter(None, lines), *absent)
+
+    @property
+    def absent(self) -> tuple[str, ...]:
+        """The last of the notes if there is no row: that nothing is found, a line for each a."""
+        if not self.empty:
+            return ()
+        with self._snapshot() as moment:
+            return tuple(filter(None, (nothing(moment, chosen) for chosen in self.selections)))
 
     @property
     def complete(self) -> tuple[str, ...]:
@@ -180,7 +203,7 @@ class Listing:
 
     def _repr_html_(self) -> str:
         with self._snapshot():
-            rows = list(islice(self, MOST_ROWS))
+            rows = list(self.head())
             columns = {name: [row[place] for row in rows] for place, name in enumerate(self.columns)}
             facts, notes = (self.describe(self.total),), (*self.notes, *self.complete)
         return Result(self.selections[0], columns, facts, notes)._repr_html_()
@@ -203,7 +226,7 @@ class Listing:
             self._read = moment, counted, subsets
         return self._read[2]
 
-    def _merged(self, moment: Moment, subsets: Sequence[Chosen]) -> Iterator[Row]:
+    def _merged(self, moment: Moment, subsets: Sequence[Chosen], end: int | None) -> Iterator[Row]:
         """Merge the rows at several a; empty fields come last, whether the order ascends or descends."""
         falling = parse_order(self.order)
         for name in _NATURAL:
@@ -217,6 +240,6 @@ class Listing:
                 for value, falls in keys
             )
 
-        streams = (rows_of(moment, chosen, (*self.columns, *falling), 0, self._end) for chosen in subsets)
-        merged = islice(heapq.merge(*streams, key=place), self.offset, self._end)
+        streams = (rows_of(moment, chosen, (*self.columns, *falling), 0, end) for chosen in subsets)
+        merged = islice(heapq.merge(*streams, key=place), self.offset, end)
         return (row[:width] for row in merged)

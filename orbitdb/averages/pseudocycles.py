@@ -203,7 +203,7 @@ def lyapunov_by_stability(
     cut: float,
     highest: int | None = None,
     weight: Weight = Weight.EXPONENTIAL,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], object] | None = None,
 ) -> ZetaAverages:
     """Return the Lyapunov averages from all pseudo-cycles whose multiplier is at most e^cut.
 

@@ -188,6 +188,8 @@ class Levels(Drawn):
         The parities whose levels are included.
     basis : str
         For levels from orbits, the orbits that were used; empty for levels from spectral elements.
+    notes : tuple of str
+        For each parity of levels from spectral elements, how they compare with Weyl's law.
 
     Examples
     --------
@@ -203,6 +205,7 @@ class Levels(Drawn):
     parity: NDArray[np.str_]
     parities: tuple[Parity, ...] = tuple(Parity)
     basis: str = ""
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def joined(

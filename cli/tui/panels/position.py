@@ -32,7 +32,7 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     """
     assert pages.catalogue is not None
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
-    with pages.catalogue.moment(cancelled) as moment:
+    with pages.catalogue.snapshot(cancelled) as moment:
         place = first_where(moment, pages.chosen, f"p = {period}") if period else None
         if place is not None:
             return place, f"period {period}"

@@ -121,7 +121,7 @@ class RowsPanel(Vertical, Working):
             time.sleep(_PAUSE if patient else 0.0)
             if cancelled():
                 return
-            with catalogue.moment(cancelled) as moment:
+            with catalogue.snapshot(cancelled) as moment:
                 gaps = _gaps(moment, selection)
                 if nothing and (selection, ordering) == (everything, Ordering()):
                     yield Pages(catalogue, choose(moment, selection, most=_FIRST), fields), gaps, None

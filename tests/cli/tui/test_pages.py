@@ -16,7 +16,6 @@ from orbitdb.cli.tui.panels.paged_table import PagedTable, width_of
 from orbitdb.cli.tui.panels.position import place_of
 from orbitdb.cli.tui.stored import EVERY, USUAL, Ordering, Pages
 from orbitdb.errors import StoreError
-from orbitdb.store.file import Reader
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection, SelectionError, chosen_by
 from orbitdb.store.where import CancelledError
@@ -43,8 +42,8 @@ def catalogue(asked):
 
 
 def pages_of(catalogue, selection, ordering=NATURAL, columns=SHOWN):
-    source = Reader(catalogue.path)
-    with source.moment() as moment:
+    source = Catalogue(catalogue.path)
+    with source.snapshot() as moment:
         return Pages(source, choose(moment, selection, str(ordering)), columns)
 
 
