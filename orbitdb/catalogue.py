@@ -260,12 +260,12 @@ class Catalogue:
 
         return Answer(self.snapshot, self._moment, statement, parameters or {})
 
-    def a_values(self, *, orbits: bool = False, levels: bool = False) -> list[float]:
+    def a_values(self, *, orbits: bool = False, with_levels: bool = False) -> list[float]:
         """Return the stored values of ``a`` in order.
 
-        With `orbits`, only those with orbits or sweeps; with `levels`, also those with levels alone.
+        With `orbits`, only those with orbits or sweeps; `with_levels`, also those with levels alone.
         """
-        if levels:
+        if with_levels:
             from orbitdb.verification.verify import verifiable
 
             with self.snapshot() as moment:
@@ -699,8 +699,10 @@ class Catalogue:
         The other parameters are those of `fill`.
         """
         from orbitdb.filling.estimate import need, sweep_need
+        from orbitdb.filling.fill import check_method
         from orbitdb.filling.workers import number_of
 
+        check_method(method)
         at, wanted, number = self._at(a), chosen_periods(periods), number_of(jobs)
         if sweep:
             return sweep_need(self.path, at, wanted, number)

@@ -84,7 +84,7 @@ def verify(
     start = time.monotonic()
     catalogue = Catalogue(db)
     with catalogue.snapshot():
-        stored = catalogue.a_values(levels=True)
+        stored = catalogue.a_values(with_levels=True)
         subset = choice.at(USUAL_A)
         if a is not None and a not in stored:
             note(f"{'; '.join(catalogue.rows(a=a).notes)}; there is nothing to check")
