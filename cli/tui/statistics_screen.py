@@ -18,11 +18,11 @@ from orbitdb.answers.results import PROVED, Result
 from orbitdb.answers.whole_periods import read_noted
 from orbitdb.averages.by_period import Weight
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.panels.canvas import Curve, Plot
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox
 from orbitdb.errors import InputError
-from orbitdb.store.file import Store
 from orbitdb.store.fills import read_fills
 from orbitdb.store.results import best_reference
 from orbitdb.store.selection import Selection, written_periods
@@ -50,7 +50,7 @@ def columns() -> tuple[str, ...]:
     return ("p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", *first, *others)
 
 
-def statistics(catalogue: Store, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
+def statistics(catalogue: Catalogue, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
     """Return the counts, entropies and Lyapunov averages of a subset for each of its whole periods."""
     notes: list[str] = []
     with catalogue.snapshot() as moment:
@@ -115,7 +115,7 @@ class StatisticsScreen(OwnScreen[str | None]):
         Binding("t", "trajectories", "trajectories", tooltip="to compare with, more each time"),
     ]
 
-    def __init__(self, catalogue: Store, selection: Selection) -> None:
+    def __init__(self, catalogue: Catalogue, selection: Selection) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self.result: Result | None = None
@@ -211,7 +211,7 @@ class StatisticsScreen(OwnScreen[str | None]):
         if self.result is None:
             return
         curves, title = curves_of(self.result, self.reference), self._selection.describe()
-        draw = partial(save_figure, "screen.curves", (curves, _TITLES, title))
+        draw = partial(save_figure, "draw_curves", (curves, _TITLES, title))
         ask_for_file(self, "statistics.png", "the three plots, one below another", draw)
 
     def action_weight(self) -> None:

@@ -18,7 +18,7 @@ from orbitdb.store.contents import pruned_periods
 from orbitdb.store.fills import Fill, read_fills, read_sweeps
 from orbitdb.store.lives import counts_at, read_birth_fills
 from orbitdb.store.lookup import a_values
-from orbitdb.store.query import asks_of_lives
+from orbitdb.store.query import asks_of_lives, parse_order
 from orbitdb.store.selection import Selection, SelectionError, written_periods
 from orbitdb.store.where import CODES_ARE_TEXTS, reads_codes
 from orbitdb.symbols.enumeration import MAX_PERIOD
@@ -102,12 +102,13 @@ def gaps(
     from_births: Collection[int] = (),
     names: Sequence[str] = (),
     order: str = "p",
+    empty: bool = False,
 ) -> list[str]:
     """Return one line for each kind of gap: chosen periods that are partial, not filled, or without births.
 
     Periods counted from sweeps or births are complete, but get a line, too. Births matter only if the subset,
     the columns `names` or the order of the rows depends on them. Set `left_out` if the result leaves out
-    partial periods.
+    partial periods, and `empty` if nothing was found, so that a line says so.
     """
     lines = [pruned_not_stored(moment, chosen)]
     if chosen.statuses != (Status.GEOMETRIC,):  # fills do not store these words
@@ -121,7 +122,18 @@ def gaps(
         lines.append(describe_partial(partial, chosen.a, left_out) if partial else None)
         lines.append(unfilled(moment, chosen, counted))
         lines.append(lacking_births(moment, chosen, names, order))
+    lines.append(nothing(moment, chosen, swept=bool(from_sweeps)) if empty else None)
     return [line for line in lines if line]
+
+
+def gaps_of_periods(moment: Connection, chosen: Sequence[Selection], everywhere: bool) -> list[str]:
+    """Return the gaps at each a; where nothing is filled, only if periods are chosen and not `everywhere`."""
+    lines = []
+    for selection in chosen:
+        if read_fills(moment, selection.a) or (selection.periods and not everywhere):
+            swept = [sweep.p for sweep in read_sweeps(moment, selection.a)]
+            lines += gaps(moment, selection, from_sweeps=swept)
+    return lines
 
 
 def partial_periods(moment: Connection, chosen: Selection) -> list[int]:
@@ -261,6 +273,13 @@ def complete_length(fills: Sequence[Fill], chosen: Selection) -> float | None:
     """
     highest = highest_filled(fills, chosen)
     return least_length(highest, chosen.a) if highest > 1 else None
+
+
+def by_length(chosen: Selection, order: str, limit: int | None) -> bool:
+    """Tell whether rows in a given order, up to a limit, list the shortest orbits."""
+    first, falls = next(iter(parse_order(order).items()))
+    bounded = chosen.ranges.get("length", (None, None))[1] is not None
+    return bounded or (first == "length" and not falls and limit is not None)
 
 
 def describe_complete(complete: float | None, chosen: Selection) -> str:

@@ -7,7 +7,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import astuple, replace
+from dataclasses import astuple, dataclass, replace
 from importlib.resources import files
 from itertools import chain
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from sqlalchemy import Connection
 
 from orbitdb import __version__
+from orbitdb.answers.completeness import gaps, nothing
 from orbitdb.answers.entropy import table
 from orbitdb.answers.export import check_space, complete_folder, write_csv, write_parquet
 from orbitdb.answers.levels import stored_levels
@@ -57,6 +58,33 @@ _COUNTS = [EVERY["p"], *OF_COUNTS]
 _AVERAGES = [EVERY["p"], *OF_AVERAGES]
 
 
+@dataclass(frozen=True)
+class Dataset:
+    """A dataset that was written, or the reasons why there was nothing to write.
+
+    Attributes
+    ----------
+    folder : Path
+    words : int
+        Number of words in the tables of orbits.
+    description : str
+        What these are.
+    notes : tuple of str
+        What is missing, one line each.
+    absent : tuple of str
+        The last of the notes if there is nothing to write: a line for each a.
+    """
+
+    folder: Path
+    words: int
+    description: str
+    notes: tuple[str, ...] = ()
+    absent: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<{self.description or 'no dataset'}, in {self.folder}>"
+
+
 class Table(NamedTuple):
     """A table of a dataset."""
 
@@ -69,8 +97,8 @@ class Table(NamedTuple):
 
 def write_dataset(
     moment: Connection, folder: Path, chosen: Sequence[Selection], force: bool = False, tell: Tell = nobody
-) -> str:
-    """Write a dataset; return a description of its orbits, or '' if no word of a complete period is chosen.
+) -> Dataset:
+    """Write a dataset, unless no word of a complete period is chosen (`Catalogue.write_dataset`).
 
     The selections, one for each a, differ only in a. They choose the periods, and the words in the tables of
     orbits; the other tables do not depend on which words are chosen. The folder appears only when it is
@@ -83,11 +111,13 @@ def write_dataset(
     StoreError
         If the disk has too little space, or the folder cannot be written.
     """
+    notes = [line for subset in chosen for line in gaps(moment, subset, left_out=True)]
     whole = [(subset, fill) for subset in chosen for fill in read_fills(moment, subset.a) if fill.whole]
     whole = [(subset, fill) for subset, fill in whole if subset.includes(fill.p)]
     subsets = [(choose(moment, replace(subset, periods=((fill.p, fill.p),))), fill) for subset, fill in whole]
     if not (total := sum(len(subset) for subset, _ in subsets)):
-        return ""
+        absent = tuple(filter(None, (nothing(moment, subset) for subset in chosen)))
+        return Dataset(folder, 0, "", (*notes, *absent), absent)
     need = sum(_OF_FILE + len(subset) * (_OF_WORD + _OF_BOUNCE * fill.p) for subset, fill in subsets)
     _check(folder, force, need)
     selection = chosen[0].describe(sorted({subset.a for subset, _ in whole}), total)
@@ -112,7 +142,7 @@ def write_dataset(
             resources.append(_file(draft, name))
         package = _package(moment, selection, version, resources)
         (draft / PACKAGE).write_text(json.dumps(package, indent=1) + "\n", encoding="utf-8")
-    return selection
+    return Dataset(folder, total, selection, tuple(notes))
 
 
 def _orbits(moment: Connection, subset: Any, words: int) -> Table:

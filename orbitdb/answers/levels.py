@@ -1,7 +1,7 @@
 """The levels of a catalogue, stored and from its orbits: what a list of levels lacks, and length spectra."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -9,19 +9,21 @@ import numpy as np
 from sqlalchemy import Connection
 
 from orbitdb.answers.completeness import highest_filled
+from orbitdb.answers.results import Result
 from orbitdb.answers.whole_periods import read_classes
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, as_floats
+from orbitdb.errors import InputError, as_floats, need_whole
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
 from orbitdb.quantum.length_spectrum import Spectrum, of_family, of_levels, of_terms, reach
+from orbitdb.quantum.level_statistics import Statistics, expected, statistics
 from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, Staircase, levels_of, reliable_end, staircase
 from orbitdb.quantum.missing_levels import CUTOFF, FITS, WIDEST, Assessment, assess
 from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
-from orbitdb.quantum.weyl import Parity, check_levels, one_parity, parities_of
+from orbitdb.quantum.weyl import Parity, check_levels, one_parity, parities_of, weyl
 from orbitdb.store import results
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import WITH_ORBITS, a_values
@@ -181,6 +183,7 @@ def read_spectrum(
     parity: Parity | str | None = None,
 ) -> Spectrum:
     """Return the length spectrum (`Catalogue.spectrum`)."""
+    points = need_whole("points", points, 0)
     ends = as_floats(lengths, f"lengths {lengths!r:.40}: give a range such as (1, 12)")
     if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
         raise InputError(
@@ -210,7 +213,8 @@ def read_spectrum(
         complete /= 2  # because half orbits contribute
     parts = zip(terms, family_terms(stadium, end, longest, of), strict=True)
     both = Terms._make(map(np.concatenate, parts))
-    return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes)
+    judged = () if given is None else tuple(notes_on_missing_levels(moment, stadium.a, given, of))
+    return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes, judged)
 
 
 def assess_levels(
@@ -296,6 +300,34 @@ def notes_on_missing_levels(moment: Connection, a: float, k: Floats, parity: Par
     places = ", ".join(gap.place() for gap in assessment.gaps[:_SHOWN])
     more = f" and {len(assessment.gaps) - _SHOWN} more" if len(assessment.gaps) > _SHOWN else ""
     return [f"{assessment.verdict()}: {places}{more}; 'orbitdb assess FILE' lists them", *notes]
+
+
+def level_statistics(moment: Connection, a: float, levels: Mapping[Parity, Floats]) -> Result:
+    """Return the statistics of the levels of each parity (`Catalogue.level_statistics`)."""
+    rows, notes = [], []
+    for parity, k in levels.items():
+        rows += [statistics(k, Stadium(a), parity, balls) for balls in (False, True)]
+        notes.append(f"{parity}: {len(k)} levels at a = {exact(a)}, k below {k[-1]:.4g}")
+        notes += notes_on_missing_levels(moment, a, k, parity)
+    columns = zip(*rows, *expected(), strict=True)
+    named = zip(Statistics._fields, map(list, columns), strict=True)
+    return Result(Selection(a), dict(named), (), tuple(notes))
+
+
+def notes_on_windows(levels: Levels, parts: Mapping[Parity, Sequence[LevelWindow]]) -> tuple[str, ...]:
+    """Return a line for each parity that compares its levels, found in some windows, with Weyl's law."""
+    notes, low, high = [], levels.low, levels.high
+    for parity, windows in parts.items():
+        below = min(part.below + int((part.k < low).sum()) for part in windows if part.high > low)
+        of_parity = levels.parity == str(parity)
+        own, error = levels.k[of_parity], levels.error[of_parity]
+        places = np.linspace(low, high, 2000)
+        smooth = weyl(Stadium(levels.a), parity)(places)
+        off = float((below + np.searchsorted(own, places) - smooth).mean())
+        worst = f", errors up to {error.max():.0e}" if len(own) else ""
+        count = several(len(own), "level")
+        notes.append(f"{parity}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}")
+    return tuple(notes)
 
 
 def orbits_for(

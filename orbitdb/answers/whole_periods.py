@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection
 
-from orbitdb.answers.completeness import gaps, nothing, without_births
+from orbitdb.answers.completeness import gaps, without_births
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import PeriodSums, every_period, faults_of, of_divisors
@@ -187,12 +187,9 @@ def read_noted(
     Return None if the chosen periods contain no orbit. Notes on what is left out are added to `notes`.
     """
     subset = read_whole(moment, chosen, swept, lower)
-    notes += gaps(moment, chosen, left_out=True, from_sweeps=subset.swept)
-    if not {*subset.classes.p.tolist(), *subset.swept}.isdisjoint(subset.shown):
-        return subset
-    if text := nothing(moment, subset.selection, swept=bool(subset.swept)):
-        notes.append(text)
-    return None
+    empty = {*subset.classes.p.tolist(), *subset.swept}.isdisjoint(subset.shown)
+    notes += gaps(moment, subset.selection, left_out=True, from_sweeps=subset.swept, empty=empty)
+    return None if empty else subset
 
 
 def all_orbits(chosen: Selection) -> bool:

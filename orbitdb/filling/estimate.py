@@ -4,8 +4,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from sqlalchemy import Connection
-
 from orbitdb.answers.export import check_space
 from orbitdb.store.file import check_file, reading
 from orbitdb.store.fills import read_fills, read_sweeps

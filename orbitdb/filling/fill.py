@@ -133,8 +133,7 @@ def fill(
     tell: Tell = nobody,
 ) -> None:
     """Fill the given periods at the given a (`Catalogue.fill`)."""
-    if method not in METHODS:
-        raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
+    check_method(method)
     coming = need(path, a, periods, number_of(jobs, workers), method)
     check_room(path, coming)
     with at_work(coming.alone, jobs, workers) as solving:
@@ -223,6 +222,12 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
                 yield Step(p, done, total)
 
 
+def check_method(method: str) -> None:
+    """Raise `InputError` unless a method is one of `METHODS`."""
+    if method not in METHODS:
+        raise InputError(f"method {method!r:.40}: use {' or '.join(METHODS)}")
+
+
 def fillable(code: str) -> str:
     """Read a primitive word that a catalogue can store; raise `InputError` for others."""
     word = parse_primitive(code)
@@ -234,8 +239,7 @@ def fillable(code: str) -> str:
 def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
     """Store a primitive word of any period, with its class and its orbit at a (`Catalogue.fill_word`)."""
     word = fillable(word)
-    if method not in METHODS:
-        raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
+    check_method(method)
     parameters = {"command": "fill", "a": a, "code": word, "method": method}
     with closing(Writer(path, parameters)) as writer:
         if (pruned := pruned_word(word, a)) is not None:

@@ -234,8 +234,7 @@ def number_of(jobs: int | None, workers: Workers | None = None) -> int:
         return workers.jobs
     if jobs is None:
         return cores()
-    need_whole("jobs", jobs)
-    return jobs
+    return need_whole("jobs", jobs)
 
 
 @contextmanager

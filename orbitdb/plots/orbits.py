@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
+from sqlalchemy import Connection
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Orbit
@@ -13,7 +14,6 @@ from orbitdb.plots import paths
 from orbitdb.plots.noted import asked, gaps, nothing
 from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.plots.style import BLUE, ORANGE, Picture, figure, short, wrapped
-from sqlalchemy import Connection
 from orbitdb.store.query import choose
 from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection

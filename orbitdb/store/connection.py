@@ -45,6 +45,11 @@ DATABASE_ERRORS = (sqlite3.Error, StatementError, UnicodeDecodeError)
 """What reading or writing a file can raise; SQLAlchemy wraps the errors of the driver."""
 
 
+def never() -> bool:
+    """Return False: the query is never cancelled."""
+    return False
+
+
 class Driver(sqlite3.Connection):
     """A connection of Python's `sqlite3` to a catalogue.
 
@@ -56,11 +61,14 @@ class Driver(sqlite3.Connection):
         Why the function ``code()`` last failed; SQLite does not pass this on.
     used : bool
         Whether it has answered a question.
+    cancelled : callable
+        Called now and then during long queries; if it returns True, `CancelledError` is raised.
     """
 
     path: Path
     refusal = ""
     used = False
+    cancelled: Callable[[], bool] = staticmethod(never)
 
     def add_code(self, strict: bool = False) -> None:
         """Add the SQL function ``code()``, the least rotation of a word; NULL for anything else.

@@ -3,7 +3,7 @@
 import sqlite3
 import stat
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from importlib import resources
 from pathlib import Path
@@ -18,6 +18,7 @@ from orbitdb.store.connection import (
     Driver,
     driver_of,
     make_engine,
+    never,
     open_sqlite,
     open_to_read,
     open_to_write,
@@ -90,9 +91,12 @@ def _check_version(path: Path, version: int) -> None:
         )
 
 
-def need_readable(path: Path) -> None:
-    """Raise `StoreError`, which says what to do, unless there is a catalogue that this version can read."""
-    _need(path, t.OLDEST_READABLE)
+def need_readable(path: Path, missing_ok: bool = False) -> bool:
+    """Raise `StoreError`, which says what to do, unless there is a catalogue that this version can read.
+
+    Return False if it is missing, which is an error unless `missing_ok`.
+    """
+    return _need(path, t.OLDEST_READABLE, missing_ok)
 
 
 def need_newest(path: Path) -> None:
@@ -100,13 +104,16 @@ def need_newest(path: Path) -> None:
     _need(path, t.SCHEMA_VERSION)
 
 
-def _need(path: Path, least: int) -> None:
+def _need(path: Path, least: int, missing_ok: bool = False) -> bool:
     version = check_file(path)
+    if version is None and missing_ok:
+        return False
     if version is None:
         there = "" if path.absolute() == absolute_path(None) else f" --db {path}"
         raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11{there}'")
     if version < least:
         raise StoreError(f"{path} has the older schema {version}: run 'orbitdb migrate' first")
+    return True
 
 
 def _marks(path: Path) -> tuple[int, int, bool]:
@@ -148,6 +155,8 @@ class Store:
     ----------
     path : path-like, optional
         The file; by default the one that ``ORBITDB_DB`` names, or else ``orbits.db`` in your data folder.
+    missing_ok : bool, optional
+        Whether a missing file is an empty catalogue.
 
     Attributes
     ----------
@@ -159,37 +168,42 @@ class Store:
     Raises
     ------
     StoreError
-        If there is no catalogue at the path, or this version cannot read it.
+        If there is no catalogue at the path, unless `missing_ok`, or this version cannot read it.
     """
 
-    def __init__(self, path: Path | str | None = None) -> None:
-        need_readable(default_path() if path is None else home_expanded(path))
+    def __init__(self, path: Path | str | None = None, missing_ok: bool = False) -> None:
+        need_readable(default_path() if path is None else home_expanded(path), missing_ok)
         self.path = absolute_path(path)
-        self._open = _OpenFile(self.path)
+        self._open = _OpenFile(self.path, missing_ok)
         self.engine = make_engine(self._open.connect, "BEGIN", QueuePool, pool_use_lifo=True, max_overflow=-1)
         sa.event.listen(self.engine, "checkout", self._open.check)
         sa.event.listen(self.engine, "begin", self._open.begun)
         weakref.finalize(self, _close, self.engine, self._open, True)
 
+    def there(self) -> bool:
+        """Tell whether there is a catalogue at the path now; raise `StoreError` if it cannot be read."""
+        return self._open.there()
+
     def close(self) -> None:
         """Close the connections; a further question opens the file anew."""
         _close(self.engine, self._open)
 
-    def __reduce__(self) -> tuple[type["Store"], tuple[Path]]:
-        return type(self), (self.path,)
-
     @contextmanager
-    def snapshot(self) -> Iterator[sa.Connection]:
-        """Yield a connection in a read transaction; changes made meanwhile appear in the next one."""
+    def snapshot(self, cancelled: Callable[[], bool] = never) -> Iterator[sa.Connection]:
+        """Yield a connection in a read transaction; changes made meanwhile appear in the next one.
+
+        Long queries call `cancelled` now and then, and raise `CancelledError` if it returns True.
+        """
         with unchanged(self.path), plain_errors(self.path), self.engine.begin() as connection:
+            driver_of(connection).cancelled = cancelled
             yield connection
 
 
 class _OpenFile:
     """The file that the connections of a `Store` have open, which another file may replace."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self, path: Path, missing_ok: bool) -> None:
+        self.path, self._missing_ok = path, missing_ok
         self.journal: dict[Path, FileId | None] = {}
         self.connections = weakref.WeakSet[sa.Connection]()
         self._note()
@@ -197,12 +211,16 @@ class _OpenFile:
     def _note(self) -> None:
         self.file, self.alone = file_id(self.path), read_alone(self.path)
 
+    def there(self) -> bool:
+        """Tell whether there is a catalogue at the path; raise `StoreError` if it cannot be read."""
+        return need_readable(self.path, self._missing_ok)
+
     def connect(self) -> Driver:
-        """Open the file that is now at the path."""
+        """Open the file that is now at the path, or an empty catalogue in memory."""
         with plain_errors(self.path):
-            need_readable(self.path)
+            there = self.there()
             self._note()
-            return open_to_read(self.path)
+            return open_to_read(self.path) if there else _open_empty(self.path)
 
     def check(self, driver: Driver, _record: Any, _proxy: Any) -> None:
         """Make the pool open the file anew if it is not the one that a kept connection has open.
@@ -232,6 +250,16 @@ def _close(engine: sa.Engine, opened: _OpenFile, last: bool = False) -> None:
         if not connection.closed:
             connection.invalidate()
     opened.remove_journal()
+
+
+def _open_empty(path: Path) -> Driver:
+    """Return an empty catalogue in memory, for a path without a file."""
+    driver = open_sqlite("file::memory:")
+    driver.path = path
+    driver.add_code()
+    with make_engine(lambda: driver, "BEGIN", StaticPool).begin() as connection:
+        _create(connection)
+    return driver
 
 
 @contextmanager

@@ -97,12 +97,12 @@ def with_existence(orbit: Orbit) -> Orbit:
     return orbit if orbit.p > LONGEST else replace(orbit, exists=tuple(existence(orbit.code)))
 
 
-def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
+def born_with(connection: Connection, orbit: Orbit) -> list[tuple[float, list[str]]]:
     """Return each stored birth of an orbit, with the representatives of the classes born on the same path.
 
     Classes with another period are left out, such as a shorter word that the orbit goes round twice.
     """
-    if path is None or orbit.p > MAX_KEYED or not orbit.exists:
+    if orbit.p > MAX_KEYED or not orbit.exists:
         return []
     by_birth: dict[float, list[str]] = {}
     own, other = t.change.alias(), t.change.alias()
@@ -114,9 +114,8 @@ def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
         .where(other.c.cycle.between(*keys_of_period(orbit.p)))
         .order_by(own.c.a, t.cycle.c.word)
     )
-    with reading(path) as connection:
-        for a, word in connection.execute(query):
-            by_birth.setdefault(a, []).append(word)
+    for a, word in connection.execute(query):
+        by_birth.setdefault(a, []).append(word)
     return list(by_birth.items())
 
 

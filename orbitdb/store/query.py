@@ -23,12 +23,12 @@ from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store import views
-from orbitdb.store.connection import driver_of
+from orbitdb.store.connection import driver_of, never
 from orbitdb.store.fills import in_spans
 from orbitdb.store.lives import NEAR
 from orbitdb.store.rows import OF_ONE_WORD, Chosen, as_array, sorted_words, stabilisers_of
 from orbitdb.store.selection import Selection, SelectionError, unknown_column
-from orbitdb.store.where import Patience, expression, never, of_classes, watched
+from orbitdb.store.where import Patience, expression, of_classes, watched
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.symmetry import ODD, class_of, members, places_of_elements
 
@@ -51,7 +51,6 @@ def choose(
     columns: Sequence[str] = (),
     most: int | None = None,
     counted: bool = False,
-    cancelled: Callable[[], bool] = never,
     by_class: bool = False,
     more: "Conditions | None" = None,
 ) -> Chosen:
@@ -69,8 +68,6 @@ def choose(
         Number of rows that are needed, from the first on; later rows may be in any order, or missing.
     counted : bool, optional
         Whether the total number of rows is needed even so.
-    cancelled : callable, optional
-        Called now and then; if it returns True, `CancelledError` is raised.
     by_class : bool, optional
         Whether a class with chosen words has one row, for its representative.
     more : callable, optional
@@ -88,7 +85,7 @@ def choose(
     if most is not None and not (counted or by_words or sorted_far):
         query = query.limit(min(most, _LARGEST))  # every class has at least one row
     own = ["mask", "symmetry"] if of_words else []
-    with _answering(connection, selection, cancelled):
+    with _answering(connection, selection):
         coded, *others = _arrays(connection, query, ("coded", *own, *names))
     sizes = np.uint8(1) << (coded & 3).astype(np.uint8)
     masks = ((np.uint16(1) << sizes) - 1).astype(np.uint8)
@@ -106,14 +103,14 @@ def choose(
 Conditions = Callable[[FromClause], list[ColumnElement[bool]]]
 
 
-def _answering(
-    connection: sa.Connection, selection: Selection, cancelled: Callable[[], bool]
-) -> AbstractContextManager[None]:
+def _answering(connection: sa.Connection, selection: Selection) -> AbstractContextManager[None]:
     """Return a context in which to query a subset; it confines the expression of the subset, if any."""
     driver = driver_of(connection)
     if selection.where is not None:
-        return watched(driver, Patience(cancelled=cancelled), selection.where)
-    return nullcontext() if cancelled is never else watched(driver, Patience(math.inf, cancelled))
+        return watched(driver, Patience(cancelled=driver.cancelled), selection.where)
+    return (
+        nullcontext() if driver.cancelled is never else watched(driver, Patience(math.inf, driver.cancelled))
+    )
 
 
 def _classes(
@@ -234,20 +231,16 @@ def position_of(connection: sa.Connection, chosen: Chosen, word: str) -> int | N
 
 def first_of_period(connection: sa.Connection, chosen: Chosen, p: int) -> int | None:
     """Return the number of the first row of a period, or None."""
-    return _first(connection, chosen, lambda view: [view.c.p == p], never)
+    return _first(connection, chosen, lambda view: [view.c.p == p])
 
 
-def first_that_begins(
-    connection: sa.Connection, chosen: Chosen, symbols: str, cancelled: Callable[[], bool] = never
-) -> int | None:
+def first_that_begins(connection: sa.Connection, chosen: Chosen, symbols: str) -> int | None:
     """Return the number of the first row whose code begins with the given symbols, or None."""
-    return _first(connection, chosen, lambda view: [view.c.code.startswith(symbols)], cancelled)
+    return _first(connection, chosen, lambda view: [view.c.code.startswith(symbols)])
 
 
-def _first(
-    connection: sa.Connection, chosen: Chosen, more: Conditions, cancelled: Callable[[], bool]
-) -> int | None:
-    part = choose(connection, chosen.selection, cancelled=cancelled, more=more)
+def _first(connection: sa.Connection, chosen: Chosen, more: Conditions) -> int | None:
+    part = choose(connection, chosen.selection, more=more)
     masks, by_id = np.zeros_like(chosen.masks), np.argsort(chosen.ids)
     masks[by_id[np.searchsorted(chosen.ids, part.ids, sorter=by_id)]] = part.masks
     return chosen.first(masks)

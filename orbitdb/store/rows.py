@@ -6,7 +6,7 @@ count. Averages weight a class by its number of bits. A third array is needed on
 """
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import itemgetter
@@ -20,9 +20,10 @@ from orbitdb.arrays import Floats, Integers, Masks, Places, Values
 from orbitdb.columns import kind_of
 from orbitdb.errors import AlteredError
 from orbitdb.store import views
+from orbitdb.store.connection import driver_of
 from orbitdb.store.selection import Selection, unknown_column
 from orbitdb.store.tables import LONG
-from orbitdb.store.where import CancelledError, never
+from orbitdb.store.where import CancelledError
 from orbitdb.symbols.symmetry import (
     BITS_OF,
     ELEMENT_OF,
@@ -265,11 +266,10 @@ def rows_of(
     names: Sequence[str],
     first: int = 0,
     last: int | None = None,
-    cancelled: Callable[[], bool] = never,
 ) -> Iterator[tuple[Any, ...]]:
     """Yield rows first .. last - 1 of a subset as plain values; missing values are None."""
     for columns in blocks_of(connection, chosen, names, first, last):
-        if cancelled():
+        if driver_of(connection).cancelled():
             raise CancelledError
         yield from zip(*map(plain, columns), strict=True)
 

@@ -22,6 +22,7 @@ from orbitdb.store.connection import (
     Driver,
     driver_of,
     make_engine,
+    never,
     open_sqlite,
     original,
 )
@@ -56,11 +57,6 @@ _OF_CODES = {"code", "representative", "word", "words"}
 """The columns of views and tables that hold codes."""
 _STOPPED = ("interrupted", "not authorized", "prohibited", "user-defined function")
 """Parts of the messages of SQLite if a function of Python fails or refuses to go on."""
-
-
-def never() -> bool:
-    """Return False: the query is never cancelled."""
-    return False
 
 
 class CancelledError(Exception):

@@ -181,6 +181,8 @@ class Verification:
     ----------
     checks : tuple of Check
         The result for each of `PROMISES` that was checked.
+    notes : tuple of str
+        What is missing, one line each.
 
     Examples
     --------
@@ -189,6 +191,7 @@ class Verification:
     """
 
     checks: tuple[Check, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def sound(self) -> bool:

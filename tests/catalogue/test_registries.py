@@ -96,8 +96,8 @@ def test_an_average_is_one_entry(small, tmp_path):
 from pathlib import Path
 from orbitdb.cli.tui import statistics_screen as screen
 from orbitdb.store.selection import Selection
-from orbitdb.store.file import Store
-found = screen.statistics(Store(Path({small!r})), Selection())
+from orbitdb.catalogue import Catalogue
+found = screen.statistics(Catalogue(Path({small!r})), Selection())
 curves = screen.curves_of(found, None)["lambda_d"]
 print("lambda_c_third" in screen.columns(), [each.name for each in curves])
 """

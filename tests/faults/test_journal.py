@@ -71,7 +71,7 @@ def test_a_command_leaves_no_journal(cli, filled, command):
 UNFINISHED = """
 import sys
 from orbitdb import Catalogue
-rows = Catalogue(sys.argv[1], a=1.6).rows()
+rows = iter(Catalogue(sys.argv[1], a=1.6).rows())
 print(next(rows)[0])
 """
 

@@ -121,14 +121,14 @@ class RowsPanel(Vertical, Working):
             time.sleep(_PAUSE if patient else 0.0)
             if cancelled():
                 return
-            with catalogue.snapshot() as moment:
+            with catalogue.snapshot(cancelled) as moment:
                 gaps = _gaps(moment, selection)
                 if nothing and (selection, ordering) == (everything, Ordering()):
                     yield Pages(catalogue, choose(moment, selection, most=_FIRST), fields), gaps, None
-                chosen = choose(moment, selection, str(ordering), cancelled=cancelled)
+                chosen = choose(moment, selection, str(ordering))
                 count = len(chosen) if selection == everything else total
                 if count is None:
-                    count = len(choose(moment, everything, cancelled=cancelled))
+                    count = len(choose(moment, everything))
             yield Pages(catalogue, chosen, fields), gaps, count
 
         def show(reading: _Reading) -> None:
