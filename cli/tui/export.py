@@ -10,10 +10,10 @@ from typing import Any
 from textual.message import Message
 
 from orbitdb.answers.completeness import describe_partial, partial_periods
-from orbitdb.answers.export import FIGURES, FORMATS, TEXT_WRITERS, complete, write_file
+from orbitdb.answers.export import FIGURES, FORMATS, TEXT_WRITERS, complete
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import code_text
-from orbitdb.cli.reading import provenance
 from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import Ordering
@@ -22,11 +22,8 @@ from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.svg import orbit_svg
-from orbitdb.store.file import Reader
-from orbitdb.store.query import choose
-from orbitdb.store.rows import rows_of
+from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
-from orbitdb.store.where import never
 from orbitdb.text import exact
 
 _WIDTH = 800
@@ -75,7 +72,7 @@ def ask_for_file(
 
 
 def write_rows(
-    catalogue: Reader | None,
+    catalogue: Catalogue | None,
     selection: Selection,
     ordering: Ordering,
     path: Path,
@@ -84,16 +81,15 @@ def write_rows(
     """Write the rows of a subset; once `cancelled` returns True, writing stops and leaves no file."""
     if catalogue is None:
         raise InputError("there are no rows to write")
-    with catalogue.moment() as moment:
-        chosen = choose(moment, selection, str(ordering), cancelled=cancelled)
-        rows = rows_of(moment, chosen, WRITTEN, cancelled=cancelled)
+    with catalogue.snapshot(cancelled) as moment:
+        listing = catalogue.rows(selection, columns=WRITTEN, order=str(ordering))
         if path.suffix == ".parquet":
-            write_file(path, "parquet", WRITTEN, rows, provenance(moment, [selection], False))
+            count = listing.write(path, force=True)
         else:
             with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
-                TEXT_WRITERS[path.suffix[1:]](file, WRITTEN, rows)
+                count = TEXT_WRITERS[path.suffix[1:]](file, WRITTEN, listing)
         partial = partial_periods(moment, selection)
-    message = f"{len(chosen):,} rows written to {path}"
+    message = f"{count:,} rows written to {path}"
     return f"{message}; {describe_partial(partial, selection.a)}" if partial else message
 
 

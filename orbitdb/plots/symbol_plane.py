@@ -1,8 +1,9 @@
 """Figures of the symbol plane: points of words, the pruning fronts, and what they and the rules forbid."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import cycle
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,12 +11,21 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from orbitdb.arrays import Floats, Marks, Words
-from orbitdb.plots.style import BLUE, GREY, INK, INKS, ORANGE, figure
+from orbitdb.answers.subset import Subset
+from orbitdb.arrays import Floats, Marks
+from orbitdb.errors import InputError
+from orbitdb.orbits.status import Status
+from orbitdb.plots.noted import gaps, nothing
+from orbitdb.plots.style import BLUE, GREY, INK, INKS, ORANGE, Picture, figure
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.plane import PIECE
 from orbitdb.symbols.plane import symbol_plane as points_of
+from orbitdb.symbols.words import from_strings
 from orbitdb.text import exact
 from orbitdb.trajectories.pruning_front import Front, PruningFront
+
+if TYPE_CHECKING:
+    from orbitdb.catalogue import Catalogue
 
 _FORBIDDEN, _RULED_OUT, _INSIDE = "#fbe3d6", "#e8e8e8", "#f2b48c"
 """Colours of what a front forbids, of what the rules forbid, and of pruned words inside the front."""
@@ -39,6 +49,11 @@ _TITLES = {
 }
 _RULES = {False: (1 / 2, "rules 4, 6"), True: (1 / 5, "rule 5")}
 """Side of the two squares that the geometric rules forbid, and their name."""
+
+MOST_WORDS = 1_000_000
+"""Largest number of words whose points can still be told apart."""
+
+_WITH_POINTS = (Status.ORBIT, Status.DYNAMICAL)
 _SIZE, _BETWEEN = (7.2, 4.75), 0.06
 """Width and height of a figure, in inches, and the gap between its planes as a part of its width."""
 
@@ -50,34 +65,58 @@ class Points(NamedTuple):
     curved: Marks  # whether the bounce is on a semicircle, shape (N,)
     orbit: Marks  # whether the word is an orbit, or else dynamically pruned, shape (N,)
 
-    @classmethod
-    def of(cls, words: Words, orbit: Marks) -> "Points":
-        """Return the bounces of words, shape (M, p), given which of them are orbits, shape (M,)."""
-        plane = points_of(words).reshape(-1, 2)
-        return cls(plane, (PIECE[words] % 2 == 1).ravel(), np.repeat(orbit, words.shape[1]))
 
+def symbol_plane(catalogue: "Catalogue", *chosen: Selection) -> Picture:
+    """Draw the points of orbits and of dynamically pruned words, and the pruning front, in both planes.
 
-Size = tuple[float, float]
+    If there are several a, only their fronts are drawn. The planes are side by side, or one below the other
+    in a figure that is higher than wide.
 
-
-def symbol_plane(front: PruningFront, points: Points, title: str, size: Size | None = None) -> Figure:
-    """Draw the points of words in both planes, with the fronts and what they forbid.
-
-    The planes are side by side, or one below the other if the size is higher than wide.
+    Raises
+    ------
+    EmptyFigureError
+        If no word is chosen.
+    InputError
+        If more than `MOST_WORDS` are chosen, or none that has points, or words at several a.
     """
-    with figure(*(size or _SIZE), title) as made:
+    if len(chosen) > 1:
+        return _fronts(chosen)
+    statuses = tuple(status for status in _WITH_POINTS if status in (chosen[0].statuses or _WITH_POINTS))
+    if not statuses:
+        raise InputError("only orbits and dynamically pruned words have points: --status orbit,dynamical")
+    shown = replace(chosen[0], statuses=statuses)
+    if (total := catalogue.count(shown)) > MOST_WORDS:
+        raise InputError(f"{total} words: draw at most {MOST_WORDS}, such as --p 2-12")
+    if not total:
+        raise nothing(catalogue, shown)
+    front, points = PruningFront(shown.a), _points(catalogue.select(shown))
+    with figure(*_SIZE, shown.describe(), gaps(catalogue, shown)) as made:
         for ax, each in zip(_two_planes(made), (front.walls, front.semicircles), strict=True):
             draw_plane(ax, each)
             draw_points(ax, each, Points(*(part[points.curved == each.curved] for part in points)))
     return made
 
 
-def fronts(fronts: Sequence[PruningFront], title: str, size: Size | None = None) -> Figure:
-    """Draw the fronts of several stadiums in both planes, arranged as in `symbol_plane`."""
-    with figure(*(size or _SIZE), title) as made:
+def _points(subset: Subset) -> Points:
+    """Return the bounces of orbits and of dynamically pruned words."""
+    parts = []
+    for p in np.unique(subset.p).tolist():
+        rows = np.flatnonzero(subset.p == p)
+        words = from_strings(subset.codes[rows].tolist())
+        orbit = np.repeat(subset.status[rows] == Status.ORBIT.value, p)
+        parts.append(Points(points_of(words).reshape(-1, 2), (PIECE[words] % 2 == 1).ravel(), orbit))
+    return Points(*map(np.concatenate, zip(*parts, strict=True)))
+
+
+def _fronts(chosen: Sequence[Selection]) -> Picture:
+    """Draw the fronts of several stadiums in both planes."""
+    if any(replace(each, statuses=()) != Selection(each.a) for each in chosen):
+        raise InputError("several a show the fronts alone: leave out the options that choose words")
+    title = f"pruning fronts at a = {', '.join(exact(each.a) for each in chosen)}"
+    with figure(*_SIZE, title) as made:
         first, second = _two_planes(made)
-        for front, colour in zip(fronts, cycle(INKS.values()), strict=False):
-            label = f"$a = {exact(front.stadium.a)}$"
+        for each, colour in zip(chosen, cycle(INKS.values()), strict=False):
+            front, label = PruningFront(each.a), f"$a = {exact(each.a)}$"
             _draw_front(first, front.walls, colour, label)
             _draw_front(second, front.semicircles, colour, label)
         for ax, curved in ((first, False), (second, True)):

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Floats
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium, as_stadium
-from orbitdb.errors import InputError, checked
+from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.quantum.condensation import Interiors, eigenfunctions, one_thread
 from orbitdb.quantum.elements import grid, quarter_stadium
@@ -172,7 +172,9 @@ def in_order(tasks: Iterable[LevelTask]) -> list[LevelTask]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Levels(Drawn):
-    """All levels of the given parities in a range of k; `plot` draws the staircase of levels and Weyl's law.
+    """All levels of the given parities in a range of k; `plot` draws their staircase and Weyl's law.
+
+    It also draws their ``spacings``, or with ``rigidity`` Delta_3.
 
     Attributes
     ----------
@@ -188,6 +190,8 @@ class Levels(Drawn):
         The parities whose levels are included.
     basis : str
         For levels from orbits, the orbits that were used; empty for levels from spectral elements.
+    notes : tuple of str
+        For each parity of levels from spectral elements, how they compare with Weyl's law.
 
     Examples
     --------
@@ -203,6 +207,7 @@ class Levels(Drawn):
     parity: NDArray[np.str_]
     parities: tuple[Parity, ...] = tuple(Parity)
     basis: str = ""
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def joined(
@@ -232,11 +237,13 @@ class Levels(Drawn):
         """Return a data frame with the columns ``k``, ``error`` and ``parity``."""
         return data_frame({"k": self.k, "error": self.error, "parity": self.parity})
 
-    def _figure(self) -> tuple[str, Sequence[Any], str]:
-        return "curves.draw_levels", (self,), repr(self).strip("<>")
+    _FIGURES = ("staircase", "spacings", "rigidity")
+
+    def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
+        parts = {parity: self.k[self.parity == parity] for parity in self.parities}
+        return (self,) if name == "staircase" else (self.a, parts), repr(self).strip("<>")
 
 
-@checked
 def levels(
     stadium: Stadium | float,
     low: float = 0.0,

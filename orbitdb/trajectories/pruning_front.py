@@ -54,6 +54,8 @@ class Front(Drawn):
         The points of these paths. gamma does not fall, delta does not rise.
     """
 
+    _FIGURES = ("symbol-plane",)
+
     stadium: Stadium
     curved: bool
     angle: Floats
@@ -98,8 +100,8 @@ class Front(Drawn):
             left, low, high = left[still], low[still], high[still]
         return below
 
-    def _figure(self) -> tuple[str, Sequence[Any], str]:
-        return "symbol_plane.draw_plane", (self,), f"pruning front at a = {exact(self.stadium.a)}"
+    def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
+        return (self,), f"pruning front at a = {exact(self.stadium.a)}"
 
 
 class PruningFront:

@@ -4,18 +4,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-import typer
-from contents import answer
 from figures import legend, named
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from there import there
 
 from orbitdb import Catalogue, PruningFront, Selection
-from orbitdb.cli.figures import symbol_plane as figures
 from orbitdb.errors import InputError
 from orbitdb.orbits.status import Status
-from orbitdb.plots.style import BLUE, ORANGE
+from orbitdb.plots import symbol_plane as figures
+from orbitdb.plots.registry import EmptyFigureError
+from orbitdb.plots.style import BLUE, ORANGE, sized
+from orbitdb.plots.symbol_plane import symbol_plane
 
 CHOSEN = Selection(1.6, periods=((2, 6),))
 CURVED = {"0": False, "2": False, **dict.fromkeys("1345", True)}
@@ -41,7 +41,7 @@ def cell(image: Any, point: np.ndarray) -> str:
 
 
 def test_every_point_is_drawn_in_the_colour_of_its_word(known):
-    made: Any = answer(known.path, figures.draw_symbol_plane, CHOSEN)
+    made: Any = symbol_plane(known, CHOSEN)
     front, expected = PruningFront(1.6), bounces(known)
     for ax, curved in zip(made.axes, (False, True), strict=True):
         (image,) = ax.images
@@ -64,7 +64,7 @@ def test_every_point_is_drawn_in_the_colour_of_its_word(known):
 
 def test_the_drawn_front_separates_points_as_the_front_does(known):
     """Points near the line aside. Where the front of walls jumps, rules 4 and 6 forbid what is below it."""
-    made: Any = answer(known.path, figures.draw_symbol_plane, CHOSEN)
+    made: Any = symbol_plane(known, CHOSEN)
     rng, front = np.random.default_rng(1), PruningFront(1.6)
     for ax, each in zip(made.axes, (front.walls, front.semicircles), strict=True):
         gamma, delta = named(ax, "pruning front")
@@ -83,7 +83,7 @@ def test_the_drawn_front_separates_points_as_the_front_does(known):
 
 def test_axes_name_the_next_and_the_previous_bounce(known):
     """Every orbit has the next symbol that the interval of its gamma names, and the previous one of delta."""
-    made: Any = answer(known.path, figures.draw_symbol_plane, CHOSEN)
+    made: Any = symbol_plane(known, CHOSEN)
     for orbit in known.select(p=6, status="orbit"):
         code, points = orbit.code, there(orbit.symbol_plane)
         for n, symbol in enumerate(code):
@@ -95,8 +95,8 @@ def test_axes_name_the_next_and_the_previous_bounce(known):
                     assert symbol_there in symbols.split(", "), (code, n, name)
 
 
-def test_several_a_give_their_fronts_alone():
-    made = figures.draw_fronts((0.5, 1.6))
+def test_several_a_give_their_fronts_alone(known):
+    made = symbol_plane(known, Selection(0.5), Selection(1.6))
     for ax, kind in zip(made.axes, ("walls", "semicircles"), strict=True):
         assert legend(ax) == ["$a = 0.5$", "$a = 1.6$"]
         for a in (0.5, 1.6):
@@ -115,15 +115,14 @@ def test_a_front_can_be_plotted():
     assert len(named(ax, "pruning front")[0]) > 100
 
 
-def test_words_without_points_are_refused(known, capsys, monkeypatch):
+def test_words_without_points_are_refused(known, monkeypatch):
     with pytest.raises(InputError, match="have points: --status orbit,dynamical"):
-        answer(known.path, figures.draw_symbol_plane, Selection(1.6, statuses=(Status.GEOMETRIC,)))
-    with pytest.raises(typer.Exit):
-        answer(known.path, figures.draw_symbol_plane, Selection(1.6, periods=((2, 3),), where="length > 99"))
-    assert "nothing to draw" in capsys.readouterr().err
+        symbol_plane(known, Selection(1.6, statuses=(Status.GEOMETRIC,)))
+    with pytest.raises(EmptyFigureError, match="nothing to draw"):
+        symbol_plane(known, Selection(1.6, periods=((2, 3),), where="length > 99"))
     monkeypatch.setattr(figures, "MOST_WORDS", 10)
     with pytest.raises(InputError, match="draw at most 10"):
-        answer(known.path, figures.draw_symbol_plane, CHOSEN)
+        symbol_plane(known, CHOSEN)
 
 
 def test_the_command_draws_points_at_one_a_and_fronts_at_several(cli, known, tmp_path):
@@ -132,17 +131,19 @@ def test_the_command_draws_points_at_one_a_and_fronts_at_several(cli, known, tmp
     assert done.err.endswith(
         f"orbits and dynamically pruned words of period 2 to 4 at a = 1.6, in {target}\n"
     )
-    done = cli("plot", "symbol-plane", "--a", "1", "--a", "2", "-o", str(tmp_path / "fronts.svg"))
+    several = ("plot", "symbol-plane", "--a", "1", "--a", "2", "--db", str(known.path))
+    done = cli(*several, "-o", str(tmp_path / "fronts.svg"))
     assert done.code == 0
     assert "<image" not in (tmp_path / "fronts.svg").read_text()
-    refused = cli("plot", "symbol-plane", "--a", "1", "--a", "2", "--p", "3", "-o", str(tmp_path / "x.svg"))
+    refused = cli(*several, "--p", "3", "-o", str(tmp_path / "x.svg"))
     assert refused.code == 2
-    assert "--p does nothing with several a" in refused.err
+    assert "leave out the options that choose words" in refused.err
 
 
-def test_a_figure_higher_than_wide_has_one_plane_below_the_other():
+def test_a_figure_higher_than_wide_has_one_plane_below_the_other(known):
     for size, places in (((7.2, 4.8), [False, True]), ((3.4, 7.4), [True, False])):
-        made = figures.draw_fronts((1.6,), size)
+        with sized(size):
+            made = symbol_plane(known, Selection(1.6), Selection(2.0))
         FigureCanvasAgg(made).draw()
         first, second = (ax.get_window_extent() for ax in made.axes)
         assert [first.y0 > second.y1, first.x1 < second.x0] == places

@@ -226,7 +226,8 @@ def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, 
     with reading(filled_once) as moment:
         selection, looks = chosen_by(**criteria), itertools.count()
         size = len(choose(moment, selection))  # makes SQLite read the schema
-        whole = choose(moment, selection, order, cancelled=lambda: next(looks) < 0)
+        moment.cancelled = lambda: next(looks) < 0
+        whole = choose(moment, selection, order)
         asked = next(looks)
         assert asked > 0
         assert len(whole) == size
@@ -234,7 +235,8 @@ def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, 
         for n in range(asked):
             looks_until = itertools.chain(itertools.repeat(False, n), itertools.repeat(True))
             try:
-                found = choose(moment, selection, order, cancelled=looks_until.__next__)
+                moment.cancelled = looks_until.__next__
+                found = choose(moment, selection, order)
             except CancelledError:
                 ended += 1
             else:
