@@ -6,6 +6,7 @@ from itertools import cycle
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
@@ -16,7 +17,7 @@ from orbitdb.arrays import Floats, Marks
 from orbitdb.errors import InputError
 from orbitdb.orbits.status import Status
 from orbitdb.plots.noted import gaps, nothing
-from orbitdb.plots.style import BLUE, GREY, INK, INKS, ORANGE, Picture, figure
+from orbitdb.plots.style import BLUE, GREY, INK, INKS, ORANGE, SMALL, Picture, figure
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.plane import PIECE
 from orbitdb.symbols.plane import symbol_plane as points_of
@@ -165,10 +166,11 @@ def _draw_frame(ax: Axes, curved: bool) -> None:
     middles = (np.arange(count) + 0.5) / count
     for corner, middle in ((0, middles[0]), (1 - side, middles[-1])):
         ax.add_patch(Rectangle((corner, corner), side, side, color=_RULED_OUT, linewidth=0, zorder=0.6))
-        ax.text(middle, middle, name, ha="center", va="center", color=GREY, fontsize="x-small", zorder=3)
+        ax.text(middle, middle, name, ha="center", va="center", color=GREY, fontsize=SMALL, zorder=3)
     ax.set_xticks(middles, _NEXT[curved])
     ax.set_yticks(middles, _BEFORE[curved], rotation=90, va="center", multialignment="center")
-    ax.tick_params(length=0, labelsize="small")
+    size = max(SMALL, 0.85 * rcParams["font.size"])
+    ax.tick_params(length=0, labelsize=size)
     ax.grid(False)
     for border in np.arange(1, count) / count:
         ax.axhline(border, color=GREY, linewidth=0.4, zorder=0.7)
@@ -177,7 +179,7 @@ def _draw_frame(ax: Axes, curved: bool) -> None:
     ax.set(xlim=(0, 1), ylim=(0, 1), aspect="equal")
     ax.set_xlabel(r"$\gamma$ (future): next bounce", fontsize="medium")
     ax.set_ylabel(r"$\delta$ (past): previous bounce", fontsize="medium")
-    ax.set_title(_TITLES[curved], fontsize="small")
+    ax.set_title(_TITLES[curved], fontsize=size)
 
 
 def _draw_front(ax: Axes, front: Front, colour: str, label: str) -> None:
