@@ -1039,8 +1039,9 @@ class Catalogue:
         """
         from orbitdb.store.writing import delete
 
-        contents, chosen = self.contents(a, p), chosen_by(a=a, p=p)
-        delete(self.path, chosen.a, chosen.periods)
+        at = Stadium(a).a  # no default: None would otherwise delete what is stored at 1.6
+        contents = self.contents(at, p)
+        delete(self.path, at, chosen_by(p=p).periods)
         return contents
 
     # quantum levels
