@@ -2,7 +2,7 @@
 
 from contextlib import closing
 from dataclasses import replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 from time import monotonic, thread_time
 from typing import Any
@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from contents import alter, answer, ask, before_statements
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from quick import slow_but
 from there import there
 
@@ -160,13 +162,32 @@ def test_sums_do_not_depend_on_the_number_of_processes(tmp_path):
         assert found(tmp_path / "shared.db", workers=workers) == alone
 
 
-@pytest.mark.usefixtures("small_sweeps")
-def test_blocks_are_cut_in_the_same_way_from_any_start():
-    blocks = list(class_spans(9, sweeps.CLASSES))
-    assert len(blocks) > 20
+@pytest.mark.parametrize(("p", "size"), [(9, 8), (9, 57), (11, 300), (14, sweeps.CLASSES)])
+def test_blocks_are_cut_in_the_same_way_from_any_start(p, size):
+    blocks = list(class_spans(p, size))
+    assert len(blocks) > 5
     assert all(one.upto == other.after for one, other in pairwise(blocks))
-    for number in (1, len(blocks) // 2, len(blocks) - 1):
-        assert list(class_spans(9, sweeps.CLASSES, blocks[number].after)) == blocks[number:]
+    for number, block in enumerate(blocks):
+        assert list(class_spans(p, size, block.after)) == blocks[number:]
+        within = (block.after + block.upto) // 2  # where blocks of another size may have ended
+        assert list(class_spans(p, size, within)) == [block._replace(after=within), *blocks[number + 1 :]]
+    assert list(class_spans(p, size, block.upto)) == [block._replace(after=block.upto)]
+
+
+@given(cuts=st.lists(st.integers(0, 6), min_size=1, max_size=3))
+@settings(max_examples=settings().max_examples // 2)
+def test_an_interrupted_sweep_has_the_bits_of_an_undisturbed_one(tmp_path_factory, cuts):
+    """The sweep is stopped and resumed several times, each time after a number of blocks."""
+    folder = tmp_path_factory.mktemp("swept")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sweeps, "CLASSES", 13)
+        whole = found(folder / "whole.db", periods=[7])
+        migrate(folder / "cut.db")
+        for blocks in cuts:
+            going = sweep_periods(folder / "cut.db", 1.6, [7])
+            list(islice(going, blocks))
+            going.close()
+        assert found(folder / "cut.db", periods=[7]) == whole
 
 
 def test_a_sweep_that_lost_words_is_refused(tmp_path, monkeypatch):
