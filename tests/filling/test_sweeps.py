@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from contents import alter, answer, ask, before_statements
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from quick import slow_but
 from there import there
 
@@ -174,20 +172,19 @@ def test_blocks_are_cut_in_the_same_way_from_any_start(p, size):
     assert list(class_spans(p, size, block.upto)) == [block._replace(after=block.upto)]
 
 
-@given(cuts=st.lists(st.integers(0, 6), min_size=1, max_size=3))
-@settings(max_examples=settings().max_examples // 2)
-def test_an_interrupted_sweep_has_the_bits_of_an_undisturbed_one(tmp_path_factory, cuts):
-    """The sweep is stopped and resumed several times, each time after a number of blocks."""
-    folder = tmp_path_factory.mktemp("swept")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sweeps, "CLASSES", 13)
-        whole = found(folder / "whole.db", periods=[7])
-        migrate(folder / "cut.db")
-        for blocks in cuts:
-            going = sweep_periods(folder / "cut.db", 1.6, [7])
-            list(islice(going, blocks))
+def test_an_interrupted_sweep_has_the_bits_of_an_undisturbed_one(tmp_path, monkeypatch):
+    """The sweep is stopped after each of its blocks in turn, and after every block."""
+    monkeypatch.setattr(sweeps, "CLASSES", 40)
+    whole = found(tmp_path / "whole.db", periods=[8])
+    blocks = len(list(class_spans(8, 40)))
+    for cuts in [[1] * blocks, *([block] for block in range(1, blocks))]:
+        path = tmp_path / f"{cuts}.db"
+        migrate(path)
+        for block in cuts:
+            going = sweep_periods(path, 1.6, [8])
+            list(islice(going, block))
             going.close()
-        assert found(folder / "cut.db", periods=[7]) == whole
+        assert found(path, periods=[8]) == whole
 
 
 def test_a_sweep_that_lost_words_is_refused(tmp_path, monkeypatch):
