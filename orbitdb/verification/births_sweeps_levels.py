@@ -95,7 +95,7 @@ def check_births(scope: Scope) -> Iterator[Check]:
     fills = [fill for fill in fill_rows(scope) if fill["state"] == DONE]
     for births in whole_births(scope):
         rows = change_rows(scope, births.p)
-        found = [*_wrong_changes(rows), *_wrong_events(rows), *_wrong_counts(scope, births)]
+        found = [*_wrong_changes(rows), *_wrong_counts(scope, births), *_wrong_events(rows)]
         yield listed("births", len(rows), found)
         for fill in fills:
             if fill["p"] == births.p:
@@ -312,7 +312,10 @@ def _levels(a: float, parity: str, scope: Scope) -> Iterator[Check]:
     for stored in stored_levels(scope.connection, a, Parity(parity)):
         anew = [task.solved(*_GRID) for task in windows(Stadium(a), stored.parity, stored.low, stored.high)]
         k = np.concatenate([window.k for window in anew])
-        if (stored.below, len(stored.k)) != (anew[0].below, len(k)):
+        query = "SELECT number FROM level WHERE a = ? AND parity = ? AND k >= ? AND k < ? ORDER BY k"
+        numbers = [number for (number,) in scope.query(query, (a, parity, stored.low, stored.high))]
+        right = anew[0].below, [*range(anew[0].below + 1, anew[0].below + 1 + len(k))]
+        if (stored.below, numbers) != right or len(stored.k) != len(k):
             yield judged("levels", [f"{parity} {stored.low:g} to {stored.high:g}"], [True])
         else:
             labels = [f"{parity} {level:.6g}" for level in stored.k]

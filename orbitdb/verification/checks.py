@@ -17,7 +17,7 @@ from orbitdb.store import query
 from orbitdb.store.connection import Connection, Values
 from orbitdb.store.file import reading
 from orbitdb.store.rows import LISTED, as_list
-from orbitdb.store.selection import Selection
+from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import from_strings
 from orbitdb.text import shortened
 
@@ -175,12 +175,12 @@ def damage(stage: str, error: Exception) -> Check:
     """Return the failed check for an error that a stored value caused.
 
     Damage can turn any value into NULL, another type or another number, so the error can be of any kind. Only
-    errors of the system and signals are raised again.
+    errors of the system, of the user's own expression, and signals are raised again.
     """
     cause = getattr(error, "orig", None) or error
     if isinstance(cause, sqlite3.OperationalError) and "decode" not in str(cause):
         raise error
-    if isinstance(cause, (OSError, MemoryError, WorkError)):
+    if isinstance(cause, (OSError, MemoryError, WorkError, SelectionError)):
         raise error
     what = cause.what if isinstance(cause, AlteredError) else f"{cause}" or type(cause).__name__
     return Check("file", 1, 1, first=shortened(f"{stage}: {' '.join(what.split())}", 200))

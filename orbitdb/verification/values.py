@@ -96,7 +96,8 @@ RULES: Mapping[str, Mapping[str, str]] = {
         "groups": "groups BETWEEN 1 AND bounces",
         "seed": "seed != '' AND seed NOT GLOB '*[^0-9]*'",
         **_not_negative("lambda_d_error", "lambda_c_error", "mean_free_path_error"),
-        "lambda_c": "abs(lambda_c * mean_free_path - lambda_d) <= 1e-9 * lambda_d",
+        "lambda_c": f"""abs(lambda_c * (SELECT {_FREE_PATH} FROM stadium WHERE id = trajectory.stadium)
+            - lambda_d) <= 8 * lambda_d_error + 1e-9""",
         "mean_free_path": f"""abs(mean_free_path - (SELECT {_FREE_PATH} FROM stadium
             WHERE id = trajectory.stadium)) <= 8 * mean_free_path_error + 1e-9""",
     },
