@@ -123,7 +123,8 @@ def test_a_failure_restores_the_terminal_and_shows_the_traceback(filled_once):
 _READING = """
 import time
 from orbitdb.cli.tui.panels.rows_panel import RowsPanel
-RowsPanel.action_reverse_order = lambda self: self.app.in_thread("long", lambda cancelled: time.sleep(600), print)
+read = lambda cancelled: time.sleep(600)
+RowsPanel.action_reverse_order = lambda self: self.app.in_thread("long", read, print)
 from orbitdb.cli.main import run
 run()
 """
