@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
 
-from orbitdb.answers.completeness import describe_fills
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import AlteredError, InputError, StoreError, need_whole
 from orbitdb.extras import Rows
@@ -17,8 +16,6 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, nobody, telling
 from orbitdb.store.connection import Moment, never
 from orbitdb.store.file import Reader
-from orbitdb.store.fills import best_reference, bounds_by_a, read_fills, read_sweeps, tightest_bounds
-from orbitdb.store.lives import read_birth_fills, read_lives
 from orbitdb.store.lookup import (
     WITH_ORBITS,
     a_meant,
@@ -30,7 +27,6 @@ from orbitdb.store.lookup import (
     with_existence,
 )
 from orbitdb.store.paths import default_path, home_expanded
-from orbitdb.store.query import COLUMNS, choose
 from orbitdb.store.selection import (
     Criteria,
     Selection,
@@ -218,6 +214,9 @@ class Catalogue:
 
     def _contents(self, moment: Moment) -> str:
         """Return one line that says which periods are filled, beginning with the default ``a``."""
+        from orbitdb.answers.completeness import describe_fills
+        from orbitdb.store.fills import read_fills
+
         values = a_values(moment, WITH_ORBITS)
         try:
             own = [meant(values) if self._a is None else self._a]
@@ -275,11 +274,15 @@ class Catalogue:
 
     def fills(self, *, a: float | None = None) -> "Rows[Fill]":
         """Return the fills at a given ``a``, in order of period."""
+        from orbitdb.store.fills import read_fills
+
         with self.snapshot() as moment:
             return Rows(read_fills(moment, self._at(a)))
 
     def birth_fills(self) -> "Rows[BirthFill]":
         """Return how far births and deaths are stored, period by period."""
+        from orbitdb.store.lives import read_birth_fills
+
         with self.snapshot() as moment:
             return Rows(read_birth_fills(moment))
 
@@ -294,6 +297,7 @@ class Catalogue:
             If no catalogue can have births of the period.
         """
         from orbitdb.answers.results import Births
+        from orbitdb.store.lives import read_lives
 
         period = need_whole("p", p, -math.inf)
         fillable([(period, period)])
@@ -308,21 +312,29 @@ class Catalogue:
         proof : str, optional
             ``doubles`` or ``balls``, for bounds proved in this arithmetic only; by default in either.
         """
+        from orbitdb.store.fills import tightest_bounds
+
         with self.snapshot() as moment:
             return tightest_bounds(moment, self._at(a), proof)
 
     def entropy_curve(self, *, proof: str | None = None) -> "Rows[EntropyBounds]":
         """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
+        from orbitdb.store.fills import bounds_by_a
+
         with self.snapshot() as moment:
             return Rows(bounds_by_a(moment, proof))
 
     def reference(self, *, a: float | None = None) -> "Reference | None":
         """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
+        from orbitdb.store.fills import best_reference
+
         with self.snapshot() as moment:
             return best_reference(moment, self._at(a))
 
     def sweeps(self, *, a: float | None = None) -> "Rows[Sweep]":
         """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
+        from orbitdb.store.fills import read_sweeps
+
         with self.snapshot() as moment:
             return Rows(read_sweeps(moment, self._at(a)))
 
@@ -407,7 +419,7 @@ class Catalogue:
         self,
         selection: "Selection | Sequence[Selection] | None" = None,
         *,
-        columns: Sequence[str] = COLUMNS,
+        columns: Sequence[str] | None = None,
         order: str = "p",
         limit: int | None = None,
         offset: int = 0,
@@ -424,7 +436,7 @@ class Catalogue:
             The subset, or one for each of several a; you can give criteria instead, and several values as
             ``a``.
         columns : sequence of str, optional
-            Names of columns of the view ``catalogue``.
+            Names of columns of the view ``catalogue``, by default all, or ``coordinates``.
         order : str, optional
             Columns to sort by, separated by commas; ``desc`` after a name, or ``-`` before it, reverses the
             order. Ties are broken by period, representative and element, in ascending order.
@@ -441,15 +453,19 @@ class Catalogue:
         013 10.830391
         """
         from orbitdb.answers.listing import Listing
+        from orbitdb.store.query import COLUMNS
 
         first = need_whole("offset", offset, 0)
         most = None if limit is None else need_whole("limit", limit, 0)
         chosen = self._several(selection, criteria)
-        return Listing(self.snapshot, self._moment, chosen, tuple(columns), order, most, first, classes)
+        names = COLUMNS if columns is None else tuple(columns)
+        return Listing(self.snapshot, self._moment, chosen, names, order, most, first, classes)
 
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
         """Return the number of words in a chosen subset, given as in `select`."""
+        from orbitdb.store.query import choose
+
         return len(self._answer(choose, selection, criteria))
 
     @with_criteria
