@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from orbitdb.answers.listing import Listing
     from orbitdb.answers.results import Births, Result
     from orbitdb.answers.scars import Scar
-    from orbitdb.answers.sql import Answer
+    from orbitdb.answers.sql_result import SqlResult
     from orbitdb.answers.subset import Subset
     from orbitdb.entropy.bounds import EntropyBounds
     from orbitdb.entropy.proof import Proof
@@ -238,7 +238,7 @@ class Catalogue:
         with self.snapshot() as moment:
             return read_info(moment, facts)
 
-    def sql(self, statement: str, parameters: Mapping[str, str | int | float] | None = None) -> "Answer":
+    def sql(self, statement: str, parameters: Mapping[str, str | int | float] | None = None) -> "SqlResult":
         """Return the rows of one SELECT statement, over all values of ``a``, read on demand.
 
         The statement can read the views ``catalogue`` (one row per word), ``class`` (one row per class) and
@@ -255,9 +255,9 @@ class Catalogue:
         >>> [*catalogue.sql("SELECT max(p) FROM catalogue WHERE a = :a", {"a": 1.6})]
         [(11,)]
         """
-        from orbitdb.answers.sql import Answer
+        from orbitdb.answers.sql_result import SqlResult
 
-        return Answer(self.snapshot, self._moment, statement, parameters or {})
+        return SqlResult(self.snapshot, self._moment, statement, parameters or {})
 
     def a_values(self, *, orbits: bool = False, with_levels: bool = False) -> list[float]:
         """Return the stored values of ``a`` in order.
