@@ -1016,12 +1016,12 @@ class Catalogue:
         from orbitdb.answers.completeness import gaps_of_periods
         from orbitdb.verification.verify import verifiable, verified
 
-        everywhere = selection is None and criteria.get("a") is None
+        everywhere = not isinstance(selection, Selection) and criteria.get("a") is None
         selections = self._several(selection, criteria)
         sample = None if sample is None else need_whole("sample", sample)
         restarts, drawn = need_whole("restarts", restarts, 0), _seed(seed)
         with self.snapshot() as moment:
-            if everywhere:
+            if selection is None and everywhere:
                 selections = tuple(replace(selections[0], a=at) for at in verifiable(moment))
             missing: list[str] = []
             with suppress(AlteredError):  # one of the checks reports it
