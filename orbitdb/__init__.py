@@ -65,7 +65,8 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.quantum.length_spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
     from orbitdb.store.selection import Selection as Selection
-    from orbitdb.store.fills import Contents as Contents, Fill as Fill, Sweep as Sweep
+    from orbitdb.store.contents import Contents as Contents
+    from orbitdb.store.fills import Fill as Fill, Sweep as Sweep
     from orbitdb.store.lives import BirthFill as BirthFill, Life as Life
     from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
     from orbitdb.trajectories.trajectory import Bounces as Bounces, trajectory as trajectory

@@ -9,13 +9,15 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
 
+from sqlalchemy import Connection
+
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import AlteredError, InputError, StoreError, need_whole
 from orbitdb.extras import Rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, nobody, telling
-from orbitdb.store.connection import Moment, never
-from orbitdb.store.file import Reader
+from orbitdb.store.connection import never
+from orbitdb.store.file import Store
 from orbitdb.store.lookup import (
     WITH_ORBITS,
     a_meant,
@@ -61,8 +63,9 @@ if TYPE_CHECKING:
     from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.missing_levels import Assessment
     from orbitdb.quantum.weyl import Parity
+    from orbitdb.store.contents import Contents
     from orbitdb.store.file import Migration
-    from orbitdb.store.fills import Contents, Fill, Sweep
+    from orbitdb.store.fills import Fill, Sweep
     from orbitdb.store.lives import BirthFill
     from orbitdb.trajectories.ensemble import Reference
     from orbitdb.verification.verify import Verification
@@ -102,7 +105,8 @@ class Catalogue:
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
     Each question reads the file as it is at that moment; `snapshot` asks several questions at one moment. If
-    another file takes its place, the next question reads that one. Nothing has to be closed.
+    another file takes its place, the next question reads that one. The file stays open, but unlocked, until
+    you close the catalogue or delete it.
     """
 
     # the file
@@ -112,7 +116,7 @@ class Catalogue:
     ) -> None:
         self._a = None if a is None else Stadium(a).a
         self._missing_ok = missing_ok
-        self._file = Reader(path, missing_ok)
+        self._file = Store(path, missing_ok)
         self._of_thread = threading.local()
 
     @classmethod
@@ -153,7 +157,7 @@ class Catalogue:
         return self._a
 
     @contextmanager
-    def snapshot(self, cancelled: Callable[[], bool] = never) -> Iterator[Moment]:
+    def snapshot(self, cancelled: Callable[[], bool] = never) -> Iterator[Connection]:
         """Let all questions in a ``with`` block see the file at one moment, whatever others write meanwhile.
 
         A snapshot within another one, in the same thread, joins it.
@@ -177,10 +181,10 @@ class Catalogue:
             finally:
                 self._of_thread.moment = before
 
-    def _moment(self, cancelled: Callable[[], bool] = never) -> AbstractContextManager[Moment]:
+    def _moment(self, cancelled: Callable[[], bool] = never) -> AbstractContextManager[Connection]:
         """Return the moment of this thread's snapshot, or else a new one, which a generator may keep open."""
-        opened: Moment | None = getattr(self._of_thread, "moment", None)
-        return self._file.moment(cancelled) if opened is None else nullcontext(opened)
+        opened: Connection | None = getattr(self._of_thread, "moment", None)
+        return self._file.snapshot(cancelled) if opened is None else nullcontext(opened)
 
     def __enter__(self) -> Self:
         return self
@@ -189,16 +193,16 @@ class Catalogue:
         self.close()
 
     def close(self) -> None:
-        """Do nothing: the file is open only while a question is answered."""
+        """Close the file; a further question opens it again."""
+        self._file.close()
 
+    @property
     def engine(self) -> "sqlalchemy.Engine":
-        """Return an SQLAlchemy engine for SQL of your own, such as ``pandas.read_sql(query, c.engine())``.
+        """SQLAlchemy's engine for SQL of your own, such as ``pandas.read_sql(query, catalogue.engine)``.
 
         Its connections read the tables and views of `orbitdb sql`, and know ``code()``; they cannot write.
         """
-        import sqlalchemy as sa
-
-        return sa.create_engine("sqlite://", creator=self._file.connect, poolclass=sa.NullPool)
+        return self._file.engine
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle only the arguments; the copy opens the file itself."""
@@ -212,7 +216,7 @@ class Catalogue:
             contents = str(error)
         return f"<Catalogue {self.path.name}: {contents}>"
 
-    def _contents(self, moment: Moment) -> str:
+    def _contents(self, moment: Connection) -> str:
         """Return one line that says which periods are filled, beginning with the default ``a``."""
         from orbitdb.answers.completeness import describe_fills
         from orbitdb.store.fills import read_fills
@@ -312,21 +316,21 @@ class Catalogue:
         proof : str, optional
             ``doubles`` or ``balls``, for bounds proved in this arithmetic only; by default in either.
         """
-        from orbitdb.store.fills import tightest_bounds
+        from orbitdb.store.results import tightest_bounds
 
         with self.snapshot() as moment:
             return tightest_bounds(moment, self._at(a), proof)
 
     def entropy_curve(self, *, proof: str | None = None) -> "Rows[EntropyBounds]":
         """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
-        from orbitdb.store.fills import bounds_by_a
+        from orbitdb.store.results import bounds_by_a
 
         with self.snapshot() as moment:
             return Rows(bounds_by_a(moment, proof))
 
     def reference(self, *, a: float | None = None) -> "Reference | None":
         """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
-        from orbitdb.store.fills import best_reference
+        from orbitdb.store.results import best_reference
 
         with self.snapshot() as moment:
             return best_reference(moment, self._at(a))
@@ -340,7 +344,7 @@ class Catalogue:
 
     def contents(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
         """Return what is stored at a given ``a``, in some periods or in all; `delete` would delete it."""
-        from orbitdb.store.fills import contents
+        from orbitdb.store.contents import contents
 
         chosen = chosen_by(a=a, p=p)
         with self.snapshot() as moment:
@@ -714,15 +718,13 @@ class Catalogue:
 
         The other parameters are those of `fill`.
         """
-        from orbitdb.filling.estimate import need, sweep_need
+        from orbitdb.filling.estimate import SWEEP, need
         from orbitdb.filling.fill import check_method
         from orbitdb.filling.workers import number_of
 
         check_method(method)
         at, wanted, number = self._at(a), chosen_periods(periods), number_of(jobs)
-        if sweep:
-            return sweep_need(self.path, at, wanted, number)
-        return need(self.path, at, wanted, number, method)
+        return need(self.path, at, wanted, number, SWEEP if sweep else method)
 
     def check_room(self, needed: "Need") -> None:
         """Raise `StoreError` if the disk has less free space than a fill needs (`estimate`)."""

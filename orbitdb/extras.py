@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from importlib import import_module
 from numbers import Real
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 if TYPE_CHECKING:
     import pandas
@@ -50,11 +50,20 @@ def data_frame(values: Any, names: Sequence[str] | None = None) -> "pandas.DataF
     return frame
 
 
+def figure_name(kind: str | None, own: Sequence[str], what: str) -> str:
+    """Return the one of the figures `own` that is meant, by default the first; raise if it is none of them.
+
+    Hyphens, underscores and blanks in a name are the same.
+    """
+    name: str = import_module("orbitdb.plots.registry").chosen_name(kind, own, what)
+    return name
+
+
 def drawn(figure: str, what: Sequence[Any], title: str, ax: "Axes | None") -> "Axes":
-    """Draw a figure of `orbitdb.plots`, such as ``curves.draw_levels``, on the axes or in a new figure."""
-    module, name = figure.split(".")
-    plots, paths = (load(f"orbitdb.plots.{each}", "plot()", "plot") for each in (module, "paths"))
-    axes: Axes = paths.draw_titled(getattr(plots, name), what, title, ax)
+    """Draw a figure of the registry `orbitdb.plots.registry` on the axes, or in a new figure."""
+    paths, registry = (load(f"orbitdb.plots.{each}", "plot()", "plot") for each in ("paths", "registry"))
+    draw = registry.load_function(registry.figure_of(figure).axes)
+    axes: Axes = paths.draw_titled(draw, what, title, ax)
     return axes
 
 
@@ -91,17 +100,22 @@ class Rows(list[_Row]):
 
 
 class Drawn:
-    """Base of results that can be drawn as a figure."""
+    """Base of results that can be drawn as one or several figures."""
 
-    def _figure(self) -> tuple[str, Sequence[Any], str]:
-        """Return arguments for `drawn`: the function in `orbitdb.plots`, what it draws, and the title."""
+    _FIGURES: ClassVar[tuple[str, ...]] = ()
+    """Names of the figures in `orbitdb.plots.registry`; the first is the usual one."""
+
+    def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
+        """Return the arguments, apart from the axes, of the function that draws a figure, and its title."""
         raise NotImplementedError
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
+    def plot(self, kind: str | None = None, ax: "Axes | None" = None) -> "Axes":
         """Draw the result with matplotlib.
 
         Parameters
         ----------
+        kind : str, optional
+            The figure, named as for `orbitdb plot`, if there are several.
         ax : matplotlib.axes.Axes, optional
             The axes to draw on; by default those of a new figure.
 
@@ -116,4 +130,6 @@ class Drawn:
         ModuleNotFoundError
             If matplotlib is not installed (extra ``plot``).
         """
-        return drawn(*self._figure(), ax)
+        name = figure_name(kind, self._FIGURES, f"this {type(self).__name__.lower()}")
+        what, title = self._drawing(name)
+        return drawn(name, what, title, ax)

@@ -31,7 +31,7 @@ EXAMPLES = {
     ),
     "sql": (
         "sql \"SELECT p, count(*) AS orbits FROM catalogue WHERE status = 'orbit' GROUP BY a, p\"",
-        'sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" -P word=1123213 --json',
+        'sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" -P word=0103155 --json',
     ),
     "columns": ("columns", "columns --json"),
 }
@@ -226,8 +226,6 @@ def sql(
     with catalogue.snapshot():
         answer = catalogue.sql(statement, parse_parameters(parameters or (), statement))
         names = answer.columns
-        for text in answer.notes:
-            note(text)
         if not output.write(names, answer):
-            note("no rows")
+            note(answer.absent)
             raise typer.Exit(1)

@@ -12,6 +12,7 @@ from rich.bar import Bar
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
+from sqlalchemy import Connection
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
@@ -27,7 +28,6 @@ from orbitdb.cli.tui.dialogs import ListDialog, NameList
 from orbitdb.cli.tui.panels.choices import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
 from orbitdb.cli.tui.stored import EVERY
-from orbitdb.store.connection import Moment
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 
@@ -56,7 +56,7 @@ class Histogram(NamedTuple):
     logarithmic: bool
 
 
-def tally(moment: Moment, selection: Selection, columns: Sequence[str]) -> dict[str, Counter[Any]]:
+def tally(moment: Connection, selection: Selection, columns: Sequence[str]) -> dict[str, Counter[Any]]:
     """Count the rows of a subset by the values of each of some columns of the view ``class``."""
     chosen = choose(moment, selection, columns=columns)
     words = chosen.counts.tolist()
@@ -67,7 +67,7 @@ def tally(moment: Moment, selection: Selection, columns: Sequence[str]) -> dict[
     return tallies
 
 
-def histogram(moment: Moment, selection: Selection, column: str, bins: int) -> Histogram | None:
+def histogram(moment: Connection, selection: Selection, column: str, bins: int) -> Histogram | None:
     """Count the rows of a subset in at most `bins` bins of a numeric column.
 
     The edges are round numbers, or evenly spaced in the logarithm. Return None if no row has a value.

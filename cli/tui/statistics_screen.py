@@ -23,7 +23,8 @@ from orbitdb.cli.output import number
 from orbitdb.cli.tui.panels.canvas import Curve, Plot
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox
 from orbitdb.errors import InputError
-from orbitdb.store.fills import best_reference, read_fills
+from orbitdb.store.fills import read_fills
+from orbitdb.store.results import best_reference
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.text import concise, with_error

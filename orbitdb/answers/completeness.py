@@ -9,16 +9,18 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from sqlalchemy import Connection
 
 from orbitdb.arrays import Integers
 from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import Moment
+from orbitdb.store.contents import pruned_periods
 from orbitdb.store.fills import Fill, read_fills, read_sweeps
 from orbitdb.store.lives import counts_at, read_birth_fills
 from orbitdb.store.lookup import a_values
 from orbitdb.store.query import asks_of_lives, parse_order
 from orbitdb.store.selection import Selection, SelectionError, written_periods
+from orbitdb.store.where import CODES_ARE_TEXTS, reads_codes
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.text import exact
@@ -63,7 +65,7 @@ class Counted:
         return numbers
 
 
-def count(moment: Moment, selection: Selection) -> Counted:
+def count(moment: Connection, selection: Selection) -> Counted:
     """Return the counts of each chosen period: from its fill, else from a sweep, else from births.
 
     Raises `SelectionError` if the selection has criteria other than a and periods.
@@ -93,7 +95,7 @@ def count(moment: Moment, selection: Selection) -> Counted:
 
 
 def gaps(
-    moment: Moment,
+    moment: Connection,
     chosen: Selection,
     left_out: bool = False,
     from_sweeps: Collection[int] = (),
@@ -124,7 +126,7 @@ def gaps(
     return [line for line in lines if line]
 
 
-def gaps_of_periods(moment: Moment, chosen: Sequence[Selection], everywhere: bool) -> list[str]:
+def gaps_of_periods(moment: Connection, chosen: Sequence[Selection], everywhere: bool) -> list[str]:
     """Return the gaps at each a; where nothing is filled, only if periods are chosen and not `everywhere`."""
     lines = []
     for selection in chosen:
@@ -134,7 +136,7 @@ def gaps_of_periods(moment: Moment, chosen: Sequence[Selection], everywhere: boo
     return lines
 
 
-def partial_periods(moment: Moment, chosen: Selection) -> list[int]:
+def partial_periods(moment: Connection, chosen: Selection) -> list[int]:
     """Return the chosen periods that are only partly stored; lists include their words."""
     return [fill.p for fill in read_fills(moment, chosen.a) if not fill.whole and chosen.includes(fill.p)]
 
@@ -148,7 +150,7 @@ def describe_partial(periods: Sequence[int], a: float, left_out: bool = False) -
     )
 
 
-def unfilled(moment: Moment, chosen: Selection, counted: Collection[int] = ()) -> str | None:
+def unfilled(moment: Connection, chosen: Selection, counted: Collection[int] = ()) -> str | None:
     """Return a line that names the chosen periods that are neither filled nor `counted`, or None."""
     elsewhere = a_values(moment, ["fill"])
     return describe_unfilled(read_fills(moment, chosen.a), chosen.periods, chosen.a, elsewhere, counted)
@@ -201,11 +203,11 @@ def _within(spans: Sequence[tuple[int, int]], stored: Collection[int]) -> list[i
     return [p for p in periods if p not in stored]
 
 
-def pruned_not_stored(moment: Moment, chosen: Selection) -> str | None:
+def pruned_not_stored(moment: Connection, chosen: Selection) -> str | None:
     """Return a line that names chosen periods without stored geometrically pruned words, or None."""
     if Status.GEOMETRIC not in chosen.statuses:
         return None
-    stored = {p for (p,) in moment.execute("SELECT DISTINCT p FROM pruned")}
+    stored = pruned_periods(moment)
     filled = [(fill.p, fill.p) for fill in read_fills(moment, chosen.a) if fill.whole]
     periods = _within(chosen.periods or filled or [(2, _USUAL)], stored)
     if not periods:
@@ -220,7 +222,7 @@ def pruned_not_stored(moment: Moment, chosen: Selection) -> str | None:
 
 
 def lacking_births(
-    moment: Moment, chosen: Selection, names: Sequence[str] = (), order: str = "p"
+    moment: Connection, chosen: Selection, names: Sequence[str] = (), order: str = "p"
 ) -> str | None:
     """Return a line that names the filled periods whose births are needed but not stored, or None."""
     if not (periods := without_births(moment, chosen, names, order)):
@@ -232,7 +234,7 @@ def lacking_births(
 
 
 def without_births(
-    moment: Moment, chosen: Selection, names: Sequence[str] = (), order: str = "p"
+    moment: Connection, chosen: Selection, names: Sequence[str] = (), order: str = "p"
 ) -> list[int]:
     """Return the chosen periods that are filled, but whose births are needed and not stored."""
     if not asks_of_lives(chosen, names, order):
@@ -242,7 +244,7 @@ def without_births(
     return [p for p in filled if p <= MAX_PERIOD and p not in born]
 
 
-def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> str:
+def nothing(moment: Connection, chosen: Selection, swept: bool = False) -> str:
     """Return a message that a subset is empty, or '' if `gaps` says that none of its periods is stored."""
     if chosen.statuses == (Status.GEOMETRIC,):
         return "" if pruned_not_stored(moment, chosen) else f"no {chosen.describe()}"
@@ -251,7 +253,8 @@ def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> str:
     if missing and not filled:
         return ""
     lacking = missing or lacking_births(moment, chosen) or partial_periods(moment, chosen)
-    return f"no {chosen.describe()}{' among the stored words' if lacking else ''}"
+    hint = f"; {CODES_ARE_TEXTS}" if chosen.where is not None and reads_codes(chosen.where) else ""
+    return f"no {chosen.describe()}{' among the stored words' if lacking else ''}{hint}"
 
 
 def highest_filled(fills: Sequence[Fill], chosen: Selection) -> int:

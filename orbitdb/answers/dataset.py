@@ -13,6 +13,8 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from sqlalchemy import Connection
+
 from orbitdb import __version__
 from orbitdb.answers.completeness import gaps, nothing
 from orbitdb.answers.entropy import table
@@ -24,10 +26,11 @@ from orbitdb.columns import EVERY, OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.connection import Moment
-from orbitdb.store.fills import best_reference, read_fills, tightest_bounds
+from orbitdb.store.contents import class_rows, runs
+from orbitdb.store.fills import read_fills
 from orbitdb.store.lives import read_birth_fills, read_lives
 from orbitdb.store.query import choose
+from orbitdb.store.results import best_reference, tightest_bounds
 from orbitdb.store.rows import COORDINATES, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact
@@ -93,7 +96,7 @@ class Table(NamedTuple):
 
 
 def write_dataset(
-    moment: Moment, folder: Path, chosen: Sequence[Selection], force: bool = False, tell: Tell = nobody
+    moment: Connection, folder: Path, chosen: Sequence[Selection], force: bool = False, tell: Tell = nobody
 ) -> Dataset:
     """Write a dataset, unless no word of a complete period is chosen (`Catalogue.write_dataset`).
 
@@ -142,7 +145,7 @@ def write_dataset(
     return Dataset(folder, total, selection, tuple(notes))
 
 
-def _orbits(moment: Moment, subset: Any, words: int) -> Table:
+def _orbits(moment: Connection, subset: Any, words: int) -> Table:
     """Return the table of the chosen words of one period at one a, ordered by class and element."""
     a, ((p, _),) = subset.selection.a, subset.selection.periods
     rows = rows_of(moment, subset, [column.name for column in _ORBITS])
@@ -150,12 +153,11 @@ def _orbits(moment: Moment, subset: Any, words: int) -> Table:
     return Table(path, title, _ORBITS, rows, words)
 
 
-def _others(moment: Moment, chosen: Sequence[Selection], filled: set[int]) -> Iterator[Table]:
+def _others(moment: Connection, chosen: Sequence[Selection], filled: set[int]) -> Iterator[Table]:
     """Yield all tables except those of orbits; `filled` is the set of periods that have a table of orbits."""
     born = [fill.p for fill in read_birth_fills(moment) if fill.whole and chosen[0].includes(fill.p)]
     names = ("word", *(column.name for column in _CLASSES[1:]))
-    periods = ", ".join(map(str, filled.union(born)))
-    classes = moment.execute(f"SELECT {', '.join(names)} FROM cycle WHERE p IN ({periods}) ORDER BY id")
+    classes = class_rows(moment, names, filled.union(born))
     lives = (astuple(life) for p in born for life in read_lives(moment, p))
     yield Table("classes.parquet", "Symmetry classes", _CLASSES, classes)
     yield Table("births.parquet", "Births and deaths of all classes", _OF_LIFE, lives)
@@ -185,7 +187,7 @@ def _by_period(result: Result, columns: Sequence[Column], chosen: Selection) -> 
             yield (chosen.a, *row)
 
 
-def _levels(moment: Moment, a: float) -> Iterator[tuple[Any, ...]]:
+def _levels(moment: Connection, a: float) -> Iterator[tuple[Any, ...]]:
     for parity in Parity:
         for window in stored_levels(moment, a, parity):
             pairs = zip(window.k.tolist(), window.error.tolist(), strict=True)
@@ -227,9 +229,10 @@ def _described(draft: Path, made: Table, rows: int) -> Resource:
     return _file(draft, made.path) | of_table | ({"complete": rows == made.words} if made.words else {})
 
 
-def _package(moment: Moment, selection: str, version: str, resources: Sequence[Resource]) -> dict[str, Any]:
+def _package(
+    moment: Connection, selection: str, version: str, resources: Sequence[Resource]
+) -> dict[str, Any]:
     """Return the contents of ``datapackage.json``."""
-    runs = moment.execute("SELECT version, parameters FROM run ORDER BY id")
     licence = "https://creativecommons.org/licenses/by/4.0/"
     return {
         "$schema": f"{_PROFILES}datapackage.json",
@@ -240,7 +243,7 @@ def _package(moment: Moment, selection: str, version: str, resources: Sequence[R
         "licenses": [{"name": "CC-BY-4.0", "title": "Creative Commons Attribution 4.0", "path": licence}],
         "sources": [{"title": "O. Biham and M. Kvale, Phys. Rev. A 46, 6334 (1992)"}],
         "contributors": [{"title": "The orbitdb founders", "roles": ["creator"]}],
-        "made_by": [{"orbitdb": version} | json.loads(parameters) for version, parameters in runs],
+        "made_by": [{"orbitdb": version} | json.loads(parameters) for version, parameters in runs(moment)],
         "resources": resources,
     }
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from itertools import starmap
 from typing import TYPE_CHECKING, Any
 
+from sqlalchemy import Connection
+
 from orbitdb.answers.completeness import describe_fills, gaps
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
@@ -14,8 +16,8 @@ from orbitdb.extras import Record, Rows, data_frame
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import Moment
 from orbitdb.store.fills import read_fills
+from orbitdb.store.lookup import orbits_of_length
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import to_strings
 from orbitdb.text import exact, several
@@ -223,7 +225,7 @@ def _unshadowed(sequence: str) -> str:
 
 
 def read_candidates(
-    moment: Moment, a: float, length: float, tolerance: float | None, limit: int | None = None
+    moment: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
 ) -> Candidates:
     """Return the stored orbits with a given length, and what was searched (`Catalogue.with_length`)."""
     found = Candidates(identify_length(moment, a, length, tolerance, limit))
@@ -241,7 +243,7 @@ def read_candidates(
 
 
 def identify_length(
-    moment: Moment, a: float, length: float, tolerance: float | None, limit: int | None = None
+    moment: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
 ) -> Rows[Candidate]:
     """Find the stored orbits that have a given length after one or more traversals (`Catalogue.with_length`).
 
@@ -252,24 +254,9 @@ def identify_length(
     within = _measure(
         "tolerance", SAME_LENGTH if tolerance is None else tolerance, _MOST_TOLERANCE, zero=True
     )
-    values = {
-        "a": a,
-        "status": Status.ORBIT.value,
-        "length": wanted,
-        "least": _LEAST_LENGTH,
-        "within": within + 4 * math.ulp(wanted),
-        "limit": _ALL if limit is None else _count(limit),
-    }
-    return Rows(starmap(Candidate, moment.execute(_OF_LENGTH, values)))
-
-
-_OF_LENGTH = """\
-SELECT representative, p, class_size, repetitions, length, length_error, lyapunov,
-       repetitions * length - :length AS difference
-FROM (SELECT *, CAST(round(:length / length) AS INTEGER) AS repetitions FROM class)
-WHERE a = :a AND status = :status AND length >= :least AND repetitions >= 1
-  AND abs(difference) <= :within + repetitions * coalesce(length_error, 0.0)
-ORDER BY abs(difference), p, representative LIMIT :limit"""
+    most = _ALL if limit is None else _count(limit)
+    found = orbits_of_length(moment, a, wanted, within + 4 * math.ulp(wanted), _LEAST_LENGTH, most)
+    return Rows(starmap(Candidate, found))
 
 
 def _measure(name: str, value: float, most: float, zero: bool = False) -> float:

@@ -5,14 +5,18 @@ from itertools import groupby
 from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Any
 
+from sqlalchemy import Connection
+
 from orbitdb.entropy.bounds import BALLS
 from orbitdb.extras import data_frame
-from orbitdb.store.connection import Moment
-from orbitdb.store.fills import bounds_by_a, level_windows, read_fills, read_sweeps, room, trajectories
+from orbitdb.store.connection import path_of
+from orbitdb.store.contents import room
+from orbitdb.store.fills import read_fills, read_sweeps
 from orbitdb.store.lives import read_birth_fills
 from orbitdb.store.lookup import a_values
-from orbitdb.store.schema import SCHEMA_VERSION
+from orbitdb.store.results import bounds_by_a, level_windows, trajectories
 from orbitdb.store.selection import written_periods
+from orbitdb.store.tables import SCHEMA_VERSION
 from orbitdb.text import exact, gigabytes, several
 
 if TYPE_CHECKING:
@@ -57,13 +61,13 @@ class Info:
         return data_frame(self.rows, self.columns)
 
 
-def read_info(moment: Moment, facts: bool = True) -> Info:
+def read_info(moment: Connection, facts: bool = True) -> Info:
     """Return what a catalogue contains (`Catalogue.info`)."""
     rows = [row for a in a_values(moment) for row in _periods(moment, a)]
     return Info(_facts(moment) if facts else [], COLUMNS, sorted(rows, key=itemgetter(0, 1)))
 
 
-def _periods(moment: Moment, a: float) -> list[tuple[Any, ...]]:
+def _periods(moment: Connection, a: float) -> list[tuple[Any, ...]]:
     """Return one row per filled or swept period at a given a."""
     fills = read_fills(moment, a)
     rows = [(a, *_OF_FILL(fill)) for fill in fills]
@@ -76,9 +80,9 @@ def _periods(moment: Moment, a: float) -> list[tuple[Any, ...]]:
     return rows
 
 
-def _facts(moment: Moment) -> list[tuple[str, str]]:
+def _facts(moment: Connection) -> list[tuple[str, str]]:
     """Return the path, size and contents of the catalogue as pairs of a name and a text."""
-    path = moment.path.resolve()
+    path = path_of(moment).resolve()
     size = gigabytes(path.stat().st_size if path.exists() else 0)
     facts = [("catalogue", str(path)), ("schema", str(SCHEMA_VERSION)), ("size", size)]
     for name, (count, each) in room(moment).items():
@@ -93,7 +97,7 @@ def _facts(moment: Moment) -> list[tuple[str, str]]:
     return facts + _enclosures(moment)
 
 
-def _enclosures(moment: Moment) -> list[tuple[str, str]]:
+def _enclosures(moment: Connection) -> list[tuple[str, str]]:
     """Return lines with the proved bounds on the entropy; if there are many a, only those that are filled."""
     curve, filled = bounds_by_a(moment), a_values(moment, ["fill"])
     listed = [bounds for bounds in curve if len(curve) <= _FEW or bounds.a in filled]

@@ -10,6 +10,8 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from sqlalchemy import Connection
+
 from orbitdb import __version__
 from orbitdb.answers.completeness import (
     by_length,
@@ -23,12 +25,11 @@ from orbitdb.answers.export import check_target, form_of, write_file
 from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
 from orbitdb.extras import data_frame
-from orbitdb.store.connection import Moment
+from orbitdb.store.connection import path_of
 from orbitdb.store.fills import read_fills
 from orbitdb.store.query import choose, parse_order
 from orbitdb.store.rows import COLUMNS, Chosen, rows_of
 from orbitdb.store.selection import Selection, unknown_column
-from orbitdb.store.where import hint
 from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
@@ -71,15 +72,15 @@ class Listing:
     complete, by proof, up to length 11.25; longer orbits may be missing...
     """
 
-    _snapshot: Callable[[], AbstractContextManager[Moment]]
-    _apart: Callable[[], AbstractContextManager[Moment]]
+    _snapshot: Callable[[], AbstractContextManager[Connection]]
+    _apart: Callable[[], AbstractContextManager[Connection]]
     selections: tuple[Selection, ...]
     columns: tuple[str, ...]
     order: str = "p"
     limit: int | None = None
     offset: int = 0
     classes: bool = False
-    _read: tuple[Moment, bool, list[Chosen]] | None = field(default=None, init=False)
+    _read: tuple[Connection, bool, list[Chosen]] | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         for name in self.columns:
@@ -120,11 +121,10 @@ class Listing:
         """What is missing: partial or unfilled periods, births, or all rows; one line each."""
         with self._snapshot() as moment:
             absent = self.absent  # first, because it refuses a wrong expression
-            where = self.selections[0].where
-            lines = [] if where is None else [hint(where)]
+            lines: list[str] = []
             for chosen in self.selections:
                 lines += gaps(moment, chosen, names=self.columns, order=self.order)
-            return (*filter(None, lines), *absent)
+            return (*lines, *absent)
 
     @property
     def absent(self) -> tuple[str, ...]:
@@ -163,7 +163,7 @@ class Listing:
         many = len(values) > 1 if many is None else many
         with self._snapshot() as moment:
             partial = [partial_periods(moment, chosen) for chosen in self.selections]
-            database = str(moment.path.resolve())
+            database = str(path_of(moment).resolve())
         return {
             "orbitdb": __version__,
             "selection": self.describe(),
@@ -212,7 +212,7 @@ class Listing:
     def _end(self) -> int | None:
         return None if self.limit is None else self.limit + self.offset
 
-    def _subsets(self, moment: Moment, counted: bool = False) -> list[Chosen]:
+    def _subsets(self, moment: Connection, counted: bool = False) -> list[Chosen]:
         """Return the subset at each a, with all its words if `counted`, else with those up to the limit.
 
         What was found is kept for further questions at the same moment.
@@ -226,7 +226,7 @@ class Listing:
             self._read = moment, counted, subsets
         return self._read[2]
 
-    def _merged(self, moment: Moment, subsets: Sequence[Chosen], end: int | None) -> Iterator[Row]:
+    def _merged(self, moment: Connection, subsets: Sequence[Chosen], end: int | None) -> Iterator[Row]:
         """Merge the rows at several a; empty fields come last, whether the order ascends or descends."""
         falling = parse_order(self.order)
         for name in _NATURAL:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from sqlalchemy import Connection
+
 from orbitdb.answers.results import TRAJECTORIES, UP_TO_CUT, Result
 from orbitdb.answers.whole_periods import (
     WholePeriods,
@@ -35,8 +37,7 @@ from orbitdb.columns import Column
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_exponent
 from orbitdb.progress import Tell, nobody
-from orbitdb.store.connection import Moment
-from orbitdb.store.fills import best_reference
+from orbitdb.store.results import best_reference
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact, with_error
 
@@ -143,7 +144,7 @@ OF_AVERAGES = [
 
 
 def lyapunov(
-    moment: Moment,
+    moment: Connection,
     chosen: Selection,
     weight: str = "exp",
     cut: float | None = None,

@@ -4,11 +4,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
-from orbitdb.extras import Rows, data_frame, drawn
+from orbitdb.extras import Drawn, Rows, data_frame, drawn, figure_name
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.store.lives import Life
@@ -29,6 +29,9 @@ PROVED = ("h_lower", "h_upper", "h_proof")
 UP_TO_CUT = ("cut", "lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
 _NAMED = 4
 """Number of columns to name in a repr."""
+
+_DRAWN = {"entropy": "h_zeta", "lyapunov": "lambda_d", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}
+"""The figures of a result, and the column that each draws."""
 
 TRAJECTORIES = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
 
@@ -97,15 +100,14 @@ class Result:
         frame.attrs |= {"selection": self.selection.describe()}
         return frame
 
-    def plot(
-        self, kind: Literal["entropy", "lambda_d", "lambda_c"] | None = None, ax: "Axes | None" = None
-    ) -> "Axes":
+    def plot(self, kind: str | None = None, ax: "Axes | None" = None) -> "Axes":
         """Plot averages by period, as in the paper's Figs. 5 and 6 (extra ``plot``).
 
         Parameters
         ----------
         kind : str, optional
-            By default, the entropy or lambda_d, whichever the result has.
+            ``entropy`` or ``lyapunov``, by default the one that the result has; ``lyapunov`` is the same as
+            ``lambda_d``, and ``lambda_c`` is the exponent per length.
         ax : matplotlib.axes.Axes, optional
             Axes to draw in; by default those of a new figure.
 
@@ -114,33 +116,27 @@ class Result:
         InputError
             If the result does not have these averages.
         """
-        needs = {"entropy": "h_zeta", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}
-        kinds = [kind for kind, column in needs.items() if {"p", column} <= self.columns.keys() and len(self)]
-        if not kinds or kind not in (None, *kinds):
-            raise InputError(
-                f"kind {kind!r}: this result has {', '.join(kinds)}"
-                if kinds
-                else "this result has no averages to draw: entropy() and lyapunov() have"
-            )
-        wanted: str = kind or kinds[0]
-        figure, what = ("entropy", (self,)) if wanted == "entropy" else ("exponent", (self, wanted))
-        return drawn(f"curves.draw_{figure}", what, self.selection.describe(), ax)
+        kinds = [name for name, column in _DRAWN.items() if {"p", column} <= self.columns.keys()]
+        if not kinds or not len(self):
+            raise InputError("this result has no averages to draw: entropy() and lyapunov() have")
+        name = figure_name(kind, kinds, "this result")
+        if name == "entropy":
+            return drawn(name, (self,), self.selection.describe(), ax)
+        return drawn("lyapunov", (self, _DRAWN[name]), self.selection.describe(), ax)
 
 
-class Births(Rows[Life]):
-    """The lives of the classes of one period, in order of birth: a list of `Life`."""
+class Births(Drawn, Rows[Life]):
+    """The lives of the classes of one period, in order of birth: a list of `Life`.
 
-    def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Plot the number of words that are orbits against ``a`` (extra ``plot``).
+    `plot` draws the number of words that are orbits against ``a``.
+    """
 
-        Raises
-        ------
-        InputError
-            If there are no births.
-        """
+    _FIGURES = ("births",)
+
+    def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
         if not self:
             raise InputError("there are no births to draw: fill_births finds them")
-        return drawn("curves.draw_births", (self,), f"orbits of period {self[0].p} at each a", ax)
+        return (self,), f"orbits of period {self[0].p} at each a"
 
 
 def _short(value: Any) -> str:
@@ -183,7 +179,9 @@ def html_of_orbits(title: str, orbits: Sequence[Orbit], total: int) -> str:
 def _cells(orbit: Orbit) -> list[str]:
     points = orbit.points if orbit.status in EXISTING and orbit.p <= MOST_BOUNCES else None
     svg = import_module("orbitdb.plots.svg")
-    picture = "" if points is None else svg.orbit_svg(Stadium(orbit.a), points, orbit.code, _PICTURE)
+    picture = (
+        "" if points is None else svg.orbit_svg(Stadium(orbit.a), points, orbit.code, orbit.code, _PICTURE)
+    )
     numbers = ((orbit.length, 7), (orbit.lyapunov, 7), (orbit.lambda_d, 6), (orbit.lambda_c, 6))
     texts = [shortened(orbit.code), str(orbit.p), orbit.status,
              *("" if value is None else f"{value:.{digits}f}" for value, digits in numbers),

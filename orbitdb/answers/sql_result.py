@@ -5,10 +5,11 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from sqlalchemy import Connection
+
 from orbitdb.columns import Row
 from orbitdb.extras import data_frame
-from orbitdb.store.connection import Moment
-from orbitdb.store.where import hint, run_statement
+from orbitdb.store.where import CODES_ARE_TEXTS, reads_codes, run_statement
 from orbitdb.text import shortened
 
 if TYPE_CHECKING:
@@ -26,11 +27,11 @@ class SqlResult:
         Values for the names in the statement.
     """
 
-    _snapshot: Callable[[], AbstractContextManager[Moment]]
-    _apart: Callable[[], AbstractContextManager[Moment]]
+    _snapshot: Callable[[], AbstractContextManager[Connection]]
+    _apart: Callable[[], AbstractContextManager[Connection]]
     statement: str
     parameters: Mapping[str, str | int | float]
-    _begun: tuple[Moment, tuple[str, ...], Iterator[Row]] | None = field(default=None, init=False)
+    _begun: tuple[Connection, tuple[str, ...], Iterator[Row]] | None = field(default=None, init=False)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -39,9 +40,9 @@ class SqlResult:
             return self._run(moment)[0]
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """A hint if the statement compares a code with a word that no row has."""
-        return tuple(filter(None, [hint(self.statement)]))
+    def absent(self) -> str:
+        """What to say if the statement finds no row; if it reads codes, also how to write them."""
+        return f"no rows; {CODES_ARE_TEXTS}" if reads_codes(self.statement) else "no rows"
 
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows; BLOBs become hexadecimal digits."""
@@ -50,7 +51,7 @@ class SqlResult:
             self._begun = None
             yield from rows
 
-    def _run(self, moment: Moment) -> tuple[tuple[str, ...], Iterator[Row]]:
+    def _run(self, moment: Connection) -> tuple[tuple[str, ...], Iterator[Row]]:
         """Begin to run the statement, unless it has been begun at this moment."""
         if self._begun is None or self._begun[0] is not moment:
             self._begun = moment, *run_statement(moment, self.statement, self.parameters)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from sqlalchemy import Connection
 
 from orbitdb.answers.completeness import gaps, without_births
 from orbitdb.arrays import Integers
@@ -17,14 +18,13 @@ from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rul
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
-from orbitdb.store.connection import Moment
 from orbitdb.store.fills import Sweep, moments_of, read_fills, read_sweeps
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import packed, unpack
 
 
-def read_classes(moment: Moment, selection: Selection, texts: Sequence[str] = ()) -> OrbitClasses:
+def read_classes(moment: Connection, selection: Selection, texts: Sequence[str] = ()) -> OrbitClasses:
     """Return the chosen classes that have a length and lambda (`Catalogue.classes`).
 
     `texts` may name ``symmetry`` and ``representative``, to read them, too.
@@ -153,7 +153,9 @@ def with_lower(chosen: Selection) -> Selection:
     return replace(chosen, periods=((2, highest),)) if chosen.periods else chosen
 
 
-def read_whole(moment: Moment, chosen: Selection, swept: bool = False, lower: bool = False) -> WholePeriods:
+def read_whole(
+    moment: Connection, chosen: Selection, swept: bool = False, lower: bool = False
+) -> WholePeriods:
     """Return the chosen classes of the filled periods.
 
     If `swept` and all orbits are chosen, include swept periods without rows. If `lower`, include the periods
@@ -178,7 +180,7 @@ def read_whole(moment: Moment, chosen: Selection, swept: bool = False, lower: bo
 
 
 def read_noted(
-    moment: Moment, chosen: Selection, notes: list[str], swept: bool, lower: bool = True
+    moment: Connection, chosen: Selection, notes: list[str], swept: bool, lower: bool = True
 ) -> WholePeriods | None:
     """Return the chosen classes of complete periods, with those of lower periods (`read_whole`).
 

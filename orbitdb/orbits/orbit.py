@@ -290,14 +290,17 @@ class Orbit(Drawn):
         svg = import_module("orbitdb.plots.svg")
         if self.points is None or self.p > svg.MOST_BOUNCES:
             return None
-        return svg.orbit_svg(Stadium(self.a), self.points, f"The orbit {self.code} at a = {exact(self.a)}")
+        title = f"The orbit {self.code} at a = {exact(self.a)}"
+        return svg.orbit_svg(Stadium(self.a), self.points, self.code, title)
 
-    def _figure(self) -> tuple[str, Sequence[Any], str]:
+    _FIGURES = ("orbit",)
+
+    def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
         if self.points is None:
             raise InputError(
                 f"{self.code:.40} at a = {exact(self.a)} cannot be drawn: {self.status.sentence}"
             )
-        return "paths.draw_orbit", (Stadium(self.a), self.points), shortened(self.code)
+        return (Stadium(self.a), self.points, self.code), shortened(self.code)
 
 
 _Number = TypeVar("_Number", float, Floats)

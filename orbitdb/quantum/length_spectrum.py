@@ -136,8 +136,10 @@ class Spectrum(Drawn):
         """Return the rows as a pandas data frame (extra ``pandas``)."""
         return data_frame(self.rows(), COLUMNS)
 
-    def _figure(self) -> tuple[str, Sequence[Any], str]:
-        return "curves.draw_spectrum", (self,), repr(self).strip("<>")
+    _FIGURES = ("spectrum",)
+
+    def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
+        return (self,), repr(self).strip("<>")
 
     def term_rows(self) -> list[tuple[Any, ...]]:
         """Return the terms Re(A exp(i k l)) with lengths l in the range of `length`, bouncing balls last.

@@ -172,7 +172,9 @@ def in_order(tasks: Iterable[LevelTask]) -> list[LevelTask]:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Levels(Drawn):
-    """All levels of the given parities in a range of k; `plot` draws the staircase of levels and Weyl's law.
+    """All levels of the given parities in a range of k; `plot` draws their staircase and Weyl's law.
+
+    It also draws their ``spacings``, or with ``rigidity`` Delta_3.
 
     Attributes
     ----------
@@ -235,8 +237,11 @@ class Levels(Drawn):
         """Return a data frame with the columns ``k``, ``error`` and ``parity``."""
         return data_frame({"k": self.k, "error": self.error, "parity": self.parity})
 
-    def _figure(self) -> tuple[str, Sequence[Any], str]:
-        return "curves.draw_levels", (self,), repr(self).strip("<>")
+    _FIGURES = ("staircase", "spacings", "rigidity")
+
+    def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
+        parts = {parity: self.k[self.parity == parity] for parity in self.parities}
+        return (self,) if name == "staircase" else (self.a, parts), repr(self).strip("<>")
 
 
 def levels(

@@ -188,8 +188,10 @@ class Assessment(Drawn):
         """Return the gaps as a data frame with the columns ``after``, ``before`` and ``missing``."""
         return data_frame(self.gaps, Gap._fields)
 
-    def _figure(self) -> tuple[str, Sequence[Any], str]:
-        return "curves.draw_assessment", (self,), self.verdict()
+    _FIGURES = ("assess",)
+
+    def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
+        return (self,), self.verdict()
 
     def verdict(self) -> str:
         """Return a sentence that says whether the list fits, how many levels are missing or spurious."""

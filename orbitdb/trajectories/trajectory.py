@@ -146,9 +146,11 @@ class Bounces(Drawn):
         names = ("x", "y", "angle", "symbol", "path", "error")
         return data_frame({name: getattr(self, name) for name in names})
 
-    def _figure(self) -> tuple[str, Sequence[Any], str]:
+    _FIGURES = ("path",)
+
+    def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
         title = f"{several(len(self), 'bounce')} at a = {exact(self.stadium.a)}"
-        return "paths.draw_path", (self.stadium, np.stack([self.x, self.y], axis=1)), title
+        return (self.stadium, np.stack([self.x, self.y], axis=1)), title
 
 
 def trajectory(stadium: Stadium | float, x: float, y: float, angle: float, bounces: int = BOUNCES) -> Bounces:

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from orbitdb import Catalogue
 from orbitdb.columns import IN_CATALOGUE
+from orbitdb.store import views
 
 DOCS = Path(__file__).parents[2] / "docs"
 AVERAGE = """
@@ -105,7 +106,8 @@ print("lambda_c_third" in screen.columns(), [each.name for each in curves])
 
 def quotient_error(lyapunov, length, lyapunov_error, length_error):
     """Return lambda_c and its error bound, as SQLite computes them from the formulas."""
-    columns = {each.name: each.sql for each in IN_CATALOGUE}
+    lambda_c, error = (str(views.CLASS_COLUMNS[name].compile(compile_kwargs={"literal_binds": True}))
+                       for name in ("lambda_c", "lambda_c_error"))  # fmt: skip
     values = {
         "lyapunov": lyapunov,
         "length": length,
@@ -114,7 +116,7 @@ def quotient_error(lyapunov, length, lyapunov_error, length_error):
     }
     source = ", ".join(f"{value!r} AS {name}" for name, value in values.items())
     with closing(sqlite3.connect(":memory:")) as plain:
-        query = f"SELECT {columns['lambda_c']}, {columns['lambda_c_error']} FROM (SELECT {source}) AS orbit"
+        query = f"SELECT {lambda_c}, {error} FROM (SELECT {source}) AS orbit"
         return plain.execute(query).fetchone()
 
 

@@ -53,7 +53,7 @@ def test_a_subset_without_proved_bounds_draws_its_entropy(catalogue):
 def test_a_result_without_averages_to_draw_says_what_it_has(catalogue):
     with pytest.raises(ValueError, match=r"^this result has no averages to draw"):
         catalogue.table(p="2-6").plot()
-    with pytest.raises(ValueError, match="'entropy': this result has lambda_d, lambda_c"):
+    with pytest.raises(ValueError, match="'entropy': this result has lyapunov, lambda_d, lambda_c"):
         catalogue.lyapunov(p="2-6").plot("entropy")
 
 

@@ -55,7 +55,7 @@ def test_classes_are_orbits_by_default(varied):
 
 
 def test_an_engine_of_sqlalchemy_reads_what_the_catalogue_counts_and_cannot_write(catalogue):
-    engine = catalogue.engine()
+    engine = catalogue.engine
     shortest = pd.read_sql("SELECT p, count(*) AS words FROM catalogue WHERE a = 1 GROUP BY p", engine)
     assert [catalogue.count(a=1.0, p=p) for p in shortest["p"]] == shortest["words"].tolist() != []
     words = sa.Table("catalogue", sa.MetaData(), autoload_with=engine)
