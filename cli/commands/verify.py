@@ -103,9 +103,9 @@ def verify(
 
 def _verify_dataset(folder: Path, output: Output) -> None:
     """Check the checksums and counts of a dataset (`orbitdb export FOLDER --dataset`)."""
-    from orbitdb.answers.dataset import wrong_files
+    from orbitdb.answers.dataset import Dataset
 
-    files = list(wrong_files(folder))
+    files = Dataset.check(folder)
     wrong = [f"{name} {what}" for name, what in files if what]
     output.write(COLUMNS, [("dataset", len(files), len(wrong), None, None, next(iter(wrong), None))])
     if wrong:
