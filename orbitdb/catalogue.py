@@ -3,13 +3,14 @@
 import math
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
 
 from sqlalchemy import Connection
+from sqlalchemy.exc import ResourceClosedError
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import AlteredError, InputError, StoreError, need_whole
@@ -184,7 +185,7 @@ class Catalogue:
     def _moment(self, cancelled: Callable[[], bool] = never) -> AbstractContextManager[Connection]:
         """Return the moment of this thread's snapshot, or else a new one, which a generator may keep open."""
         opened: Connection | None = getattr(self._of_thread, "moment", None)
-        return self._file.snapshot(cancelled) if opened is None else nullcontext(opened)
+        return self._file.snapshot(cancelled) if opened is None else _joined(opened)
 
     def __enter__(self) -> Self:
         return self
@@ -784,6 +785,7 @@ class Catalogue:
         [1, 8, 32, 48]
         """
         from orbitdb.filling import fill as filling
+        from orbitdb.store.fills import read_fills
 
         at, wanted = self._at(a), () if periods is None else chosen_periods(periods)
         single = [filling.fillable(word) for word in ([words] if isinstance(words, str | int) else words)]
@@ -796,7 +798,7 @@ class Catalogue:
                 filling.fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
         for word in single:
             self.fill_word(word, method=method, a=at)
-        return Rows(fill for fill in self.fills(a=at) if fill.p in wanted)
+        return Rows(fill for fill in self._stored_now(read_fills, at) if fill.p in wanted)
 
     @staticmethod
     def check_word(word: str) -> str:
@@ -826,11 +828,12 @@ class Catalogue:
         The parameters are those of `fill`.
         """
         from orbitdb.filling.fill import find_births
+        from orbitdb.store.lives import read_birth_fills
 
         wanted = chosen_periods(periods)
         with telling(progress, "births") as tell:
             find_births(self.path, wanted, jobs, tell)
-        return Rows(fill for fill in self.birth_fills() if fill.p in wanted)
+        return Rows(fill for fill in self._stored_now(read_birth_fills) if fill.p in wanted)
 
     def sweep(
         self,
@@ -847,11 +850,12 @@ class Catalogue:
         of `fill`.
         """
         from orbitdb.filling.sweeps import sweep
+        from orbitdb.store.fills import read_sweeps
 
         at, wanted = self._at(a), chosen_periods(periods)
         with telling(progress, "sweep") as tell:
             sweep(self.path, at, wanted, jobs, workers, tell)
-        return Rows(sweep for sweep in self.sweeps(a=at) if sweep.p in wanted)
+        return Rows(sweep for sweep in self._stored_now(read_sweeps, at) if sweep.p in wanted)
 
     def simulate(
         self,
@@ -1261,6 +1265,11 @@ class Catalogue:
         with telling(progress, "waves") as tell:
             return Rows(scars_of(orbits, low, high, named, order, tell))
 
+    def _stored_now(self, read: Callable[..., _Answer], *arguments: Any) -> _Answer:
+        """Return what was just stored, which a snapshot of this thread does not show."""
+        with self._file.snapshot() as moment:
+            return read(moment, *arguments)
+
     def _answer(
         self,
         function: Callable[..., _Answer],
@@ -1307,6 +1316,15 @@ class Catalogue:
 
     def _at(self, a: float | None) -> float:
         return self.a if a is None else Stadium(a).a
+
+
+@contextmanager
+def _joined(opened: Connection) -> Iterator[Connection]:
+    """Yield the connection of a snapshot; a generator may be asked for rows after the snapshot."""
+    try:
+        yield opened
+    except ResourceClosedError:
+        raise InputError("the snapshot of these rows has ended: read them within its with block") from None
 
 
 def _seed(seed: "int | np.random.Generator") -> int:
