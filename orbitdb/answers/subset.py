@@ -327,7 +327,7 @@ class Subset:
         own picture. The phase space needs coordinates
         (``select(..., coordinates=True)``). The axes `ax` are by default those of a new figure.
         """
-        name = figure_name(kind, ("phase-space", "lengths", "sheet"), "a subset")
+        name = figure_name(kind, ("phase-space", "lengths", "sheet"))
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
             raise InputError(f"there is nothing to draw in {self!r}")
