@@ -79,7 +79,7 @@ def draw_births(ax: Axes, births: Sequence["Life"]) -> None:
     ends = np.concatenate([np.maximum(a, first), [2 * max(float(a[-1]), first)]])
     number = np.cumsum(words)
     ax.step(ends, np.append(number, number[-1]), where="post", color=BLUE)
-    ax.set(ylabel=f"$N_c({births[0].p}; a)$")
+    ax.set(ylabel=f"$N_c({births[0].p}; a)$", ylim=(0, 1.05 * number.max()))
     over_a(ax, ends[0], ends[-1])
 
 
