@@ -1,5 +1,7 @@
 """`plot()` of the objects that the library returns, on new and on given axes."""
 
+from typing import Any
+
 import matplotlib
 import numpy as np
 import pytest
@@ -125,7 +127,8 @@ def test_spacings_have_the_errors_of_counts():
     ax = pyplot.figure().subplots()
     statistics.draw_spacings(ax, 1.6, {Parity.EE: k})
     density, edges = np.histogram(gaps[1:], np.arange(0, 4.1, 0.2), density=False)
-    bars = [bar for bar in ax.patches if bar.get_height()]
+    patches: Any = ax.patches
+    bars = [bar for bar in patches if bar.get_height()]
     assert [bar.get_height() for bar in bars] == pytest.approx(density[density > 0] / (399 * 0.2))
     ((_, _, (marks,)),) = [each for each in ax.containers if len(each) == 3 and hasattr(each, "has_yerr")]
     half = [(high - low) / 2 for (_, low), (_, high) in marks.get_segments()]
