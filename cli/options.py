@@ -60,13 +60,11 @@ def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
 
 def offered_half_lengths(context: typer.Context) -> list[str]:
     """Offer the values of a in the catalogue of --db, or in the default one; none if it cannot be read."""
+    from orbitdb.catalogue import Catalogue
     from orbitdb.errors import StoreError
-    from orbitdb.store.file import reading
-    from orbitdb.store.lookup import a_values
 
     try:
-        with reading(context.params.get("db")) as moment:
-            return [*map(exact, a_values(moment))]
+        return [*map(exact, Catalogue(context.params.get("db")).a_values())]
     except (InputError, StoreError):
         return []
 

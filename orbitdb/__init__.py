@@ -2,11 +2,11 @@
 
 The catalogue
     `Catalogue` is a database file to fill, query and check; a `Selection` describes a subset of it. Its
-    methods return a `Subset` (rows as arrays), `OrbitClasses` (one row per class), a `Result` (a table by
-    period), `Births` (a list of `Life`), `EntropyBounds`, a `Reference`, `Levels`, a `Spectrum`, an
-    `Assessment`, a `Verification`, `Contents`, `Counted`, or `Rows` (a list) of `Fill`, `Sweep`,
-    `BirthFill` or `Scar`. A `Trajectory` has the orbits that it shadows as `Followed`, and each orbit
-    with a given length is a `Candidate`.
+    methods return a `Subset` (rows as arrays), a `Listing` (rows one by one), `OrbitClasses` (one row per
+    class), a `Result` (a table by period), `Births` (a list of `Life`), `EntropyBounds`, a `Reference`,
+    `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, `Contents`, `Counted`, or `Rows` (a list) of
+    `Fill`, `Sweep`, `BirthFill` or `Scar`. A `Trajectory` has the orbits that it shadows as `Followed`, and
+    each orbit with a given length is a `Candidate`.
 Orbits
     `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
     a in which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
@@ -42,6 +42,7 @@ if TYPE_CHECKING:  # isort: off
         Trajectory as Trajectory,
     )
     from orbitdb.answers.completeness import Counted as Counted
+    from orbitdb.answers.listing import Listing as Listing
     from orbitdb.answers.results import Births as Births, Result as Result
     from orbitdb.answers.scars import Scar as Scar
     from orbitdb.answers.subset import Subset as Subset
@@ -57,7 +58,8 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.quantum.length_spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
     from orbitdb.store.selection import Selection as Selection
-    from orbitdb.store.fills import Contents as Contents, Fill as Fill, Sweep as Sweep
+    from orbitdb.store.contents import Contents as Contents
+    from orbitdb.store.fills import Fill as Fill, Sweep as Sweep
     from orbitdb.store.lives import BirthFill as BirthFill, Life as Life
     from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
     from orbitdb.trajectories.trajectory import Bounces as Bounces, trajectory as trajectory
@@ -74,6 +76,7 @@ _HOMES = {
     "catalogue": ("Catalogue",),
     "answers.identification": ("Candidate", "Followed", "Trajectory"),
     "answers.completeness": ("Counted",),
+    "answers.listing": ("Listing",),
     "answers.results": ("Births", "Result"),
     "answers.scars": ("Scar",),
     "answers.subset": ("Subset",),

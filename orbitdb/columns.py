@@ -1,7 +1,7 @@
-"""The registry of columns: the meaning and the source of every number and text in rows, files and JSON.
+"""The registry of columns: the meaning of every number and text in rows, files and JSON.
 
-Views, queries, filters, sorting, formats, the screen and the documentation are built from it. A new column of
-the catalogue is one entry with its SQL, and a property of `Orbit` and `Subset`.
+Queries, filters, sorting, formats, the screen and the documentation are built from it. What a column of the
+catalogue is, stands in `orbitdb.store.views`.
 """
 
 from collections.abc import Sequence
@@ -29,11 +29,6 @@ class Column:
         The column that bounds its error, or ``exact``, ``proved`` or ``itself``; empty if none does.
     empty : str
         When the column has no value.
-    sql : str
-        For a column of the catalogue: SQL for its value in a row of the tables that the view ``class``
-        or, if `single`, the view ``catalogue`` joins.
-    single : bool
-        Whether its value can differ between the words of a symmetry class.
     written : bool
         Whether it is written if you name no columns.
     """
@@ -44,8 +39,6 @@ class Column:
     unit: str = ""
     bound: str = ""
     empty: str = "never"
-    sql: str = ""
-    single: bool = False
     written: bool = True
 
     @property
@@ -60,106 +53,83 @@ UNKNOWN = "no orbit; relaxation"
 PLACE = "radius, rad"
 """Reasons why a column is empty, and the unit of a coordinate."""
 
-_CODE = "substr(cycle.words, 1 + cycle.p * element.n, cycle.p)"
-_HALF = """CASE WHEN ',' || cycle.symmetry || ',' LIKE '%,x,%' THEN 'x'
-            WHEN ',' || cycle.symmetry || ',' LIKE '%,y,%' THEN 'y'
-            WHEN ',' || cycle.symmetry || ',' LIKE '%,xy,%' THEN 'xy' END"""
-_LAMBDA_C = "orbit.lyapunov / orbit.length"
-_END = "(SELECT {value} FROM change WHERE change.cycle = orbit.cycle AND change.number = {number})"
-
 OF_WORDS = [
     Column("code", "text",
            "the cyclic word, written as its least rotation; 'query --code' shows it in the rotation that you "
-           "gave", sql=_CODE, single=True),
-    Column("p", "integer", "period, the number of bounces", sql="cycle.p"),
+           "gave"),
+    Column("p", "integer", "period, the number of bounces"),
     Column("representative", "text",
            "least word of the symmetry class; the least rotation of all images under the eight symmetries",
-           empty=PRUNED, sql="cycle.word"),
+           empty=PRUNED),
     Column("class_size", "integer", "number of different cyclic words in the class; 1, 2, 4 or 8",
-           empty=PRUNED, sql="cycle.class_size"),
+           empty=PRUNED),
     Column("symmetry", "text",
            "symmetries that map the cyclic word to itself; some of 'x', 'y', 'xy', 'T', 'xT', 'yT', 'xyT', "
            "separated by commas, or '1' for none. 'x' swaps left and right, 'y' swaps up and down, 'T' "
-           "reverses time", empty=PRUNED, sql="cycle.symmetry"),
+           "reverses time", empty=PRUNED),
     Column("time_reversal", "text",
            "'self' if the orbit retraces its path, otherwise 'pair'; the reverse is then another word, which "
-           "is also counted", empty=PRUNED, sql="cycle.time_reversal"),
+           "is also counted", empty=PRUNED),
     Column("born", "number",
            "smallest a at which the word becomes an orbit; the view 'life' has all births with their errors",
            "radius", "born_error in life",
-           "an orbit from a = 0 on; no births stored; geometrically pruned",
-           sql=_END.format(value="nullif(change.a, 0.0)", number=1), written=False),
+           "an orbit from a = 0 on; no births stored; geometrically pruned", written=False),
     Column("dies", "number",
            "smallest a at which the word ceases to be an orbit", "radius", "dies_error in life",
-           "never dies; no births stored; geometrically pruned",
-           sql=_END.format(value="change.a", number=2), written=False),
+           "never dies; no births stored; geometrically pruned", written=False),
     Column("walls", "integer",
            "number of bounces on the straight walls; if it is odd, the eigenvalues of the monodromy matrix "
-           "are negative", empty=PRUNED, sql="cycle.walls"),
+           "are negative", empty=PRUNED),
     Column("maslov", "integer",
            "Maslov index of one traversal, 3p - walls; each bounce adds 2, because waves vanish on the "
-           "boundary, and each bounce on a semicircle 1 more, for the focus after it", empty=PRUNED,
-           sql="3 * cycle.p - cycle.walls"),
+           "boundary, and each bounce on a semicircle 1 more, for the focus after it", empty=PRUNED),
     Column("half", "text",
            "symmetry that makes the second half of the orbit the image of the first; 'x', 'y' or 'xy'. In "
            "the quarter stadium, such an orbit closes after half of its length",
-           empty="no such symmetry; geometrically pruned", sql=_HALF),
+           empty="no such symmetry; geometrically pruned"),
     Column("rules", "integers",
            "numbers of the geometric rules that the word breaks; comma-separated text in SQL, a list in JSON "
-           "and in files", empty="unless geometrically pruned", sql="NULL", single=True),
-    Column("cycle", "integer", "id of the class in this file", empty=PRUNED,
-           sql="orbit.cycle", written=False),
+           "and in files", empty="unless geometrically pruned"),
+    Column("cycle", "integer", "id of the class in this file", empty=PRUNED, written=False),
     Column("element", "integer",
            "symmetry that maps the representative to the word; 1 for x, 2 for y, 4 for T, and sums of these "
-           "for products", empty=PRUNED, sql="element.element", single=True, written=False),
+           "for products", empty=PRUNED, written=False),
 ]  # fmt: skip
 """Columns of a word that do not depend on a."""
 
 OF_ORBITS = [
-    Column("a", "number", "half the length of a straight wall", "radius", "exact", sql="stadium.a"),
+    Column("a", "number", "half the length of a straight wall", "radius", "exact"),
     Column("status", "text",
            "status of the word; 'orbit', 'dynamical', 'geometric', 'boundary' or 'unresolved'",
-           bound="proved", sql="orbit.status"),
-    Column("length", "number", "length of one traversal, L", "radius", "length_error", NO_ORBIT,
-           sql="orbit.length"),
+           bound="proved"),
+    Column("length", "number", "length of one traversal, L", "radius", "length_error", NO_ORBIT),
     Column("quarter_length", "number",
            "length of one traversal in the quarter stadium x, y >= 0; L/2 if the column half has a value, "
-           "otherwise L", "radius", "length_error", NO_ORBIT,
-           sql=f"orbit.length / iif({_HALF} IS NULL, 1, 2)"),
+           "otherwise L", "radius", "length_error", NO_ORBIT),
     Column("lyapunov", "number",
            "lambda of one traversal; ln of the largest modulus of an eigenvalue of the monodromy matrix",
-           "1", "lyapunov_error", NO_ORBIT, sql="orbit.lyapunov"),
+           "1", "lyapunov_error", NO_ORBIT),
     Column("lambda_d", "number",
            "lambda per bounce, lambda/p; its error bound is lyapunov_error divided by p", "1",
-           "lyapunov_error", NO_ORBIT, sql="orbit.lyapunov / cycle.p"),
-    Column("lambda_c", "number", "lambda per unit length, lambda/L", "1/radius", "lambda_c_error", NO_ORBIT,
-           sql=_LAMBDA_C),
+           "lyapunov_error", NO_ORBIT),
+    Column("lambda_c", "number", "lambda per unit length, lambda/L", "1/radius", "lambda_c_error", NO_ORBIT),
     Column("margin", "number",
            "smallest distance of a bounce from the end of its wall or semicircle; 0 at a joint, negative if "
-           "a bounce lies beyond the end", PLACE, "", PRUNED, sql="orbit.margin"),
+           "a bounce lies beyond the end", PLACE, "", PRUNED),
     Column("residual", "number",
            "largest violation of the law of reflection; the difference between the cosines of the two angles "
-           "at a bounce, from the stored coordinates", "1", "", NO_ORBIT, sql="orbit.residual"),
-    Column("error", "number", "bound on the error of every coordinate", PLACE, "itself", UNKNOWN,
-           sql="orbit.error"),
-    Column("length_error", "number", "bound on the error of length", "radius", "itself", UNKNOWN,
-           sql="orbit.length_error"),
-    Column("lyapunov_error", "number", "bound on the error of lyapunov", "1", "itself", UNKNOWN,
-           sql="orbit.lyapunov_error"),
-    Column("lambda_c_error", "number", "bound on the error of lambda_c", "1/radius", "itself", UNKNOWN,
-           sql="1.000001 * ((orbit.lyapunov_error + (" + _LAMBDA_C + ") * orbit.length_error)"
-               " / (orbit.length - orbit.length_error) + 1.2e-16 * (" + _LAMBDA_C + "))"),
+           "at a bounce, from the stored coordinates", "1", "", NO_ORBIT),
+    Column("error", "number", "bound on the error of every coordinate", PLACE, "itself", UNKNOWN),
+    Column("length_error", "number", "bound on the error of length", "radius", "itself", UNKNOWN),
+    Column("lyapunov_error", "number", "bound on the error of lyapunov", "1", "itself", UNKNOWN),
+    Column("lambda_c_error", "number", "bound on the error of lambda_c", "1/radius", "itself", UNKNOWN),
     Column("area", "number",
            "area that one traversal encloses; anticlockwise is positive. A weak magnetic field gives the "
-           "orbit a phase proportional to it", "radius^2", "area_error", NO_ORBIT,
-           sql="iif(element.element IN (1, 2, 4, 7), 0.0 - orbit.area, orbit.area)", single=True),
-    Column("area_error", "number", "bound on the error of area", "radius^2", "itself", UNKNOWN,
-           sql="orbit.area_error"),
-    Column("iterations", "integer", "number of steps that the solver took", "1", "", PRUNED,
-           sql="orbit.iterations", written=False),
+           "orbit a phase proportional to it", "radius^2", "area_error", NO_ORBIT),
+    Column("area_error", "number", "bound on the error of area", "radius^2", "itself", UNKNOWN),
+    Column("iterations", "integer", "number of steps that the solver took", "1", "", PRUNED, written=False),
     Column("solver", "text",
-           "'newton' or 'relaxation'; the paper's relaxation computes no error bounds", empty=PRUNED,
-           sql="orbit.solver"),
+           "'newton' or 'relaxation'; the paper's relaxation computes no error bounds", empty=PRUNED),
 ]  # fmt: skip
 """Columns of a word at one value of a; all words of a class share their values, but for the sign of area."""
 

@@ -40,10 +40,8 @@ def table(
     symmetry. boundary counts the orbits through a joint, which N_c leaves out. Periods that are not filled at
     this a are counted from births, if 'orbitdb births' has found them.
     """
-    from orbitdb.answers.entropy import table as counts
-
-    with reading(db, a, Choice(p=p)) as (moment, stadiums):
-        results = [counts(moment, chosen) for chosen in stadiums]
+    with reading(db, a, Choice(p=p)) as (catalogue, stadiums):
+        results = [catalogue.table(chosen) for chosen in stadiums]
     output.write(*_rows_of(results, many_a(a), output))
 
 
@@ -57,11 +55,10 @@ def entropy(
     is shown, too, but is not an error bound. The proved bounds come from 'orbitdb bounds', or are computed on
     the spot.
     """
-    from orbitdb.answers.entropy import entropy as of_orbits
+    with progress("reading orbits"), reading(db, a, choice) as (catalogue, stadiums):
+        results = [catalogue.entropy(chosen) for chosen in stadiums]
     from orbitdb.answers.results import PROVED
 
-    with progress("reading orbits"), reading(db, a, choice) as (moment, stadiums):
-        results = [of_orbits(moment, chosen) for chosen in stadiums]
     output.write(*_rows_of(results, many_a(a), output, hidden=PROVED if output.table else ()))
 
 
@@ -90,13 +87,8 @@ def lyapunov(
     constrained by exact means. In a table, its estimated error follows in brackets, in units of the last
     digit. The values for trajectories come from 'orbitdb simulate'.
     """
-    with progress("averaging") as shown, reading(db, a, choice) as (moment, stadiums):
-        from orbitdb.answers.lyapunov import lyapunov as average
-
-        def tell(done: float) -> None:
-            shown(done, 1.0, "summing pseudo-cycles")
-
-        results = [average(moment, chosen, weight, cut, tell) for chosen in stadiums]
+    with progress("averaging") as shown, reading(db, a, choice) as (catalogue, stadiums):
+        results = [catalogue.lyapunov(chosen, weight=weight, cut=cut, progress=shown) for chosen in stadiums]
     names, rows = _rows_of(results, many_a(a), output)
     if not output.table or cut is not None:
         output.write(names, rows)
@@ -175,18 +167,19 @@ def simulate(
     only the small part of lambda whose mean is not known exactly is sampled.
     """
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.filling.records import check_writable, keep_simulated
-    from orbitdb.filling.records import simulate as follow
+    from orbitdb.catalogue import Catalogue
 
     stadium = Stadium(a)
     if store:
         bring(db)
-        check_writable(db)
+    catalogue = Catalogue(db, a, missing_ok=True)
+    if store:
+        catalogue.check_writable()
     with progress("trajectories") as shown:
-        means = follow(stadium, wanted, seed, legwise, shown)
+        means = catalogue.simulate(wanted, seed=seed, legwise=legwise, store=False, progress=shown)
     try:
         if store:
-            keep_simulated(db, means)
+            catalogue.keep(means)
     finally:
         if output.table:
             write_facts(_facts(means))

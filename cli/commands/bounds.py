@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import closing
+from functools import partial
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -16,6 +17,7 @@ from orbitdb.cli.reading import bring
 from orbitdb.errors import StoreError
 
 if TYPE_CHECKING:
+    from orbitdb.catalogue import Catalogue
     from orbitdb.entropy.bounds import EntropyBounds
     from orbitdb.entropy.proof import Proof
 
@@ -76,20 +78,24 @@ def bounds(
     the last row of each a, and --time applies to each a. If there is a catalogue, the bounds are saved in it,
     and 'orbitdb entropy' shows them.
     """
-    from orbitdb.filling.records import find_bounds, limits_of
+    from orbitdb.catalogue import Catalogue
 
-    limits = limits_of(window, width, seconds)
     if len(a) == 1:
         options.refuse_idle(context, "at a single a", "jobs")
-    asked = {"a": list(a), "window": limits[0], "width": width, "time": seconds, "prove": prove}
     levels: list[EntropyBounds] = []
     proofs: list[Proof] | None = [] if prove else None
-    kept, why_not = _kept(db, store)
+    catalogue = Catalogue(db, missing_ok=True)
+    search = partial(
+        catalogue.search_bounds, window, width=width, seconds=seconds, proofs=proofs, jobs=jobs, a=a
+    )
+    search(store=False)  # wrong limits must leave no file
+    why_not = _why_not_kept(catalogue, db, store)
     try:
-        with progress("windows") as shown:
-            steps = find_bounds(kept, a, limits, proofs, jobs, shown, asked)
-            with closing(steps):
-                levels.extend(steps)  # one by one, so that after Ctrl-C the earlier ones are still shown
+        with (
+            progress("windows") as shown,
+            closing(search(store=why_not is None, progress=shown)) as steps,
+        ):
+            levels.extend(steps)  # one by one, so that after Ctrl-C the earlier ones are still shown
     finally:
         last = list({level.a: level for level in levels}.values())
         names = COLUMNS[:-1] if output.table else COLUMNS  # in a table, a note says how they are proved
@@ -113,22 +119,17 @@ def balls_of(proofs: "Sequence[Proof]") -> str:
     )
 
 
-def _kept(db: Path, store: bool | None) -> tuple[Path | None, str]:
-    """Return the catalogue to save bounds in, made or updated with --store; or else None and the reason."""
-    from orbitdb.filling.records import check_writable
-    from orbitdb.store.file import check_file
-    from orbitdb.store.schema import SCHEMA_VERSION
-
+def _why_not_kept(catalogue: "Catalogue", db: Path, store: bool | None) -> str | None:
+    """Make or update the catalogue if bounds are to be saved in it; otherwise, return the reason, or ''."""
     if store is False:
-        return None, ""
-    if store is None and (version := check_file(db)) != SCHEMA_VERSION:
-        older = f"{db} has the older schema {version}; --store, or 'orbitdb migrate', updates it"
-        return None, f"there is no catalogue at {db}; --store creates one" if version is None else older
+        return ""
+    if store is None and catalogue.missing:
+        return f"there is no catalogue at {db}; --store creates one"
     try:
         bring(db)
-        check_writable(db)
+        catalogue.check_writable()
     except StoreError as error:
         if store:
             raise
-        return None, str(error)
-    return db, ""
+        return str(error)
+    return None

@@ -10,7 +10,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import Choice
-from orbitdb.cli.reading import meant
+from orbitdb.cli.reading import default_a
 from orbitdb.errors import InputError
 
 EXAMPLES = ("browse", "browse --code 1232131", 'browse --p 9 --where "lambda_c < 0.4"')
@@ -39,7 +39,7 @@ def browse(
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.stored import state_path
 
-    app = BrowseApp(db, replace(chosen, a=meant(db, a)[0]), code, state_path())
+    app = BrowseApp(db, replace(chosen, a=default_a(db, a)), code, state_path())
     if chosen.where is not None:
         check(chosen.where, dict(chosen.parameters))
     app.run()

@@ -13,7 +13,7 @@ from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
 from orbitdb.cli.options import Asked, Choice, many_a, named
 from orbitdb.cli.output import code_text, note, progress
-from orbitdb.cli.reading import given_codes, known_catalogue, meant, primitive, reading
+from orbitdb.cli.reading import given_codes, primitive, reading, solving
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.plots.registry import (
@@ -188,16 +188,14 @@ def _of_catalogue(
     figure: Figure, choice: Choice, given: GivenLevels, values: dict[str, Any], a: Asked, db: Path
 ) -> "Picture":
     """Draw what a catalogue contains: a chosen subset, or its levels."""
-    from orbitdb.catalogue import Catalogue
-
     every_a = "a" not in figure.takes or "grid" in figure.passes
-    with reading(db, USUAL_A if every_a else a, choice) as (moment, chosen):
+    with reading(db, USUAL_A if every_a else a, choice) as (catalogue, chosen):
         if "levels" in figure.passes:
             parity = given.of_one()
             values |= {"parity": parity, "levels": given.read(parity)}
         if "parts" in figure.passes:
-            values["parts"] = given.by_parity(moment, chosen[0].a)
-        return _draw(figure, values, Catalogue(db), *chosen)
+            values["parts"] = given.by_parity(catalogue, chosen[0].a)
+        return _draw(figure, values, catalogue, *chosen)
 
 
 def _draw(figure: Figure, values: dict[str, Any], *what: Any) -> "Picture":
@@ -218,8 +216,8 @@ def _of_wave(
         raise InputError("name one parity, such as --parity ee")
     if len(codes) > 1:
         raise InputError("name one orbit at most")
-    (at,) = meant(db, a)
-    orbit = next(iter(_orbits(codes, at, db)), None)
+    at, orbits = _orbits(codes, a, db)
+    orbit = next(iter(orbits), None)
     return _draw(figure, {}, nearest_wave(at, k, parity), orbit)
 
 
@@ -231,22 +229,19 @@ def _of_words(figure: Figure, codes: Sequence[str], values: dict[str, Any], a: A
         from orbitdb.orbits.solve import solve_word
 
         return _draw(figure, values, solve_word(primitive(codes[0]), USUAL_A))
-    (at,) = meant(db, a)
-    orbits = _orbits(codes, at, db)
+    _, orbits = _orbits(codes, a, db)
     return _draw(figure, values, *(orbits if figure.source == "orbit" else [orbits]))
 
 
-def _orbits(codes: Sequence[str], a: float, db: Path) -> "list[Orbit]":
-    """Return the orbits of words, stored or solved now, except those without a path; raise if all are."""
-    from orbitdb.store.lookup import find_or_solve
-
-    catalogue = known_catalogue(db)
-    orbits = [find_or_solve(catalogue, primitive(code), a) for code in codes]
+def _orbits(codes: Sequence[str], a: Asked, db: Path) -> "tuple[float, list[Orbit]]":
+    """Return the a and the orbits of words at it, except those without a path; raise if all are."""
+    with solving(db, a) as (catalogue, (at,)):
+        orbits = [catalogue.orbit(primitive(code), a=at) for code in codes]
     drawn = [orbit for orbit in orbits if orbit.points is not None]
     for orbit in orbits:
         if orbit.points is None:
-            text = f"{code_text(orbit.code)} at a = {exact(a)} cannot be drawn: {orbit.status.sentence}"
+            text = f"{code_text(orbit.code)} at a = {exact(at)} cannot be drawn: {orbit.status.sentence}"
             if not drawn:
                 raise InputError(text)
             note(text)
-    return drawn
+    return at, drawn

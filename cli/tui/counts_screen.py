@@ -12,6 +12,7 @@ from rich.bar import Bar
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
+from sqlalchemy import Connection
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
@@ -21,16 +22,14 @@ from textual.widgets.option_list import Option
 
 from orbitdb.answers.completeness import partial_periods
 from orbitdb.arrays import Floats, Integers
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.dialogs import ListDialog, NameList
 from orbitdb.cli.tui.panels.choices import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
 from orbitdb.cli.tui.stored import EVERY
-from orbitdb.store.connection import Moment
-from orbitdb.store.file import Reader
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
-from orbitdb.store.where import never
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _LEAST_BINS, _MOST_BINS = 8, 40
@@ -57,11 +56,9 @@ class Histogram(NamedTuple):
     logarithmic: bool
 
 
-def tally(
-    moment: Moment, selection: Selection, columns: Sequence[str], cancelled: Callable[[], bool] = never
-) -> dict[str, Counter[Any]]:
+def tally(moment: Connection, selection: Selection, columns: Sequence[str]) -> dict[str, Counter[Any]]:
     """Count the rows of a subset by the values of each of some columns of the view ``class``."""
-    chosen = choose(moment, selection, columns=columns, cancelled=cancelled)
+    chosen = choose(moment, selection, columns=columns)
     words = chosen.counts.tolist()
     tallies: dict[str, Counter[Any]] = {name: Counter() for name in columns}
     for name, numbers in tallies.items():
@@ -70,14 +67,12 @@ def tally(
     return tallies
 
 
-def histogram(
-    moment: Moment, selection: Selection, column: str, bins: int, cancelled: Callable[[], bool] = never
-) -> Histogram | None:
+def histogram(moment: Connection, selection: Selection, column: str, bins: int) -> Histogram | None:
     """Count the rows of a subset in at most `bins` bins of a numeric column.
 
     The edges are round numbers, or evenly spaced in the logarithm. Return None if no row has a value.
     """
-    chosen = choose(moment, selection, columns=(column,), cancelled=cancelled)
+    chosen = choose(moment, selection, columns=(column,))
     values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
     present = ~np.isnan(values)
     if not present.any():
@@ -192,7 +187,7 @@ class CountsScreen(OwnScreen[str | None]):
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
 
-    def __init__(self, catalogue: Reader, selection: Selection, column: str) -> None:
+    def __init__(self, catalogue: Catalogue, selection: Selection, column: str) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self.set_reactive(CountsScreen.column, column if column in DRAWN else "length")
@@ -230,8 +225,8 @@ class CountsScreen(OwnScreen[str | None]):
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[dict[str, list[Count]], str]:
         """Return the counts by each of the columns `_BY`, and a note on partial periods."""
-        with self._catalogue.moment() as moment:
-            tallies = tally(moment, self._selection, _BY, cancelled)
+        with self._catalogue.snapshot(cancelled) as moment:
+            tallies = tally(moment, self._selection, _BY)
             partly = ", ".join(map(str, partial_periods(moment, self._selection)))
         groups = {name: counts_by(name, counts) for name, counts in tallies.items()}
         return groups, f"partial periods: {partly}" if partly else ""
@@ -244,10 +239,10 @@ class CountsScreen(OwnScreen[str | None]):
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[list[Count], str]:
         """Return the counts of the values of a column, or of ranges of its values, and a note."""
-        with self._catalogue.moment() as moment:
+        with self._catalogue.snapshot(cancelled) as moment:
             if EVERY[column].kind != "number":  # integers or texts
-                return counts_by(column, tally(moment, self._selection, (column,), cancelled)[column]), ""
-            binned = histogram(moment, self._selection, column, bins, cancelled)
+                return counts_by(column, tally(moment, self._selection, (column,))[column]), ""
+            binned = histogram(moment, self._selection, column, bins)
         if binned is None:
             return [], ""
         even = "bins of equal width in the logarithm" if binned.logarithmic else ""
@@ -269,7 +264,7 @@ class CountsScreen(OwnScreen[str | None]):
         if not counts:
             self.notify("there is nothing to draw")
             return
-        draw = partial(save_figure, "screen.counts", (counts, column, title))
+        draw = partial(save_figure, "draw_counts", (counts, column, title))
         ask_for_file(self, f"{column}.png", f"the histogram of {column}", draw)
 
     def action_column(self) -> None:

@@ -87,7 +87,7 @@ def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
     if not coming.words:
         return f"these periods are already filled {at}: nothing to do", 0
     check_room(path, coming)
-    takes = f"{about(coming.seconds)}, {gigabytes(coming.bytes)}"
+    takes = f"{about(coming.seconds)}, up to {gigabytes(coming.bytes)}"
     return f"{_words(coming.words)} to fill {at}: {takes}", coming.words
 
 

@@ -18,12 +18,13 @@ from orbitdb.answers.results import PROVED, Result
 from orbitdb.answers.whole_periods import read_noted
 from orbitdb.averages.by_period import Weight
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.panels.canvas import Curve, Plot
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox
 from orbitdb.errors import InputError
-from orbitdb.store.file import Reader
-from orbitdb.store.fills import best_reference, read_fills
+from orbitdb.store.fills import read_fills
+from orbitdb.store.results import best_reference
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.text import concise, with_error
@@ -49,10 +50,10 @@ def columns() -> tuple[str, ...]:
     return ("p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", *first, *others)
 
 
-def statistics(catalogue: Reader, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
+def statistics(catalogue: Catalogue, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
     """Return the counts, entropies and Lyapunov averages of a subset for each of its whole periods."""
     notes: list[str] = []
-    with catalogue.moment() as moment:
+    with catalogue.snapshot() as moment:
         subset = read_noted(moment, selection, notes, swept=True)
         proved, line = enclosure(moment, selection.a)
     if subset is None:
@@ -114,7 +115,7 @@ class StatisticsScreen(OwnScreen[str | None]):
         Binding("t", "trajectories", "trajectories", tooltip="to compare with, more each time"),
     ]
 
-    def __init__(self, catalogue: Reader, selection: Selection) -> None:
+    def __init__(self, catalogue: Catalogue, selection: Selection) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self.result: Result | None = None
@@ -150,7 +151,7 @@ class StatisticsScreen(OwnScreen[str | None]):
     def averages(self, weight: Weight, everything: bool = False) -> tuple[Result | None, str]:
         """Return the averages over the first periods, which are fast, or over all; and a note on the rest."""
         chosen = self._selection
-        with self._catalogue.moment() as moment:
+        with self._catalogue.snapshot() as moment:
             filled = [fill.p for fill in read_fills(moment, chosen.a) if chosen.includes(fill.p)]
         later = [p for p in filled if p > FIRST]
         if everything or not later:
@@ -167,7 +168,7 @@ class StatisticsScreen(OwnScreen[str | None]):
         self._show()
 
     def _stored_reference(self, _: object) -> Reference | None:
-        with self._catalogue.moment() as moment:
+        with self._catalogue.snapshot() as moment:
             return best_reference(moment, self._selection.a)
 
     def _show_stored(self, reference: Reference | None) -> None:
@@ -210,7 +211,7 @@ class StatisticsScreen(OwnScreen[str | None]):
         if self.result is None:
             return
         curves, title = curves_of(self.result, self.reference), self._selection.describe()
-        draw = partial(save_figure, "screen.curves", (curves, _TITLES, title))
+        draw = partial(save_figure, "draw_curves", (curves, _TITLES, title))
         ask_for_file(self, "statistics.png", "the three plots, one below another", draw)
 
     def action_weight(self) -> None:

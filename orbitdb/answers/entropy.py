@@ -6,6 +6,8 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
+from sqlalchemy import Connection
+
 from orbitdb.answers.completeness import count, gaps
 from orbitdb.answers.results import PROVED, TABLE, Result
 from orbitdb.answers.whole_periods import Periods, WholePeriods, all_orbits, read_noted, with_lower
@@ -16,8 +18,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import Moment
-from orbitdb.store.fills import tightest_bounds
+from orbitdb.store.results import tightest_bounds
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.text import exact
 
@@ -25,7 +26,7 @@ _EDGES = 10
 """Edges of the longest windows if no bounds are stored; the search takes at most half a second (small a)."""
 
 
-def table(moment: Moment, chosen: Selection) -> Result:
+def table(moment: Connection, chosen: Selection) -> Result:
     """Return the paper's Table 1 (`Catalogue.table`)."""
     counted = count(moment, chosen)
     notes = gaps(moment, chosen, True, counted.from_sweeps, counted.from_births)
@@ -64,7 +65,7 @@ def _table(periods: Sequence[int], tallies: Mapping[int, Tally]) -> dict[str, li
     return {name: [row[place] for row in rows] for place, name in enumerate(TABLE)}
 
 
-def entropy(moment: Moment, chosen: Selection) -> Result:
+def entropy(moment: Connection, chosen: Selection) -> Result:
     """Return the topological entropy by period (`Catalogue.entropy`).
 
     All orbits of a period need only be counted; the rows of other subsets are read.
@@ -105,7 +106,7 @@ def _entropy(periods: Periods, cycles: Integers, notes: list[str]) -> dict[str, 
     return periods.rows_of(columns)
 
 
-def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
+def _uncounted(moment: Connection, chosen: Selection) -> list[str]:
     """Return a note on periods without rows; sweeps and births count all orbits, not those of a subset."""
     counted = count(moment, Selection(chosen.a, chosen.periods))
     if not (periods := sorted([*counted.from_sweeps, *counted.from_births])):
@@ -116,7 +117,7 @@ def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
     ]
 
 
-def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | None:
+def stored_enclosure(moment: Connection, a: float) -> tuple[EntropyBounds, str] | None:
     """Return the tightest stored bounds on the entropy, if any, and a line that describes them.
 
     The line also gives the tightest bounds that are proved in ball arithmetic.
@@ -129,7 +130,7 @@ def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | No
     return closest, line + ("" if surer is None else f"; {surer.between} by {surer.basis}")
 
 
-def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
+def enclosure(moment: Connection, a: float) -> tuple[EntropyBounds, str]:
     """Return the tightest stored bounds on the entropy, or better new ones, and a line about them."""
     stored = stored_enclosure(moment, a)
     if stored is not None and stored[0].window >= _EDGES:

@@ -1,27 +1,30 @@
 """The levels of a catalogue, stored and from its orbits: what a list of levels lacks, and length spectra."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from sqlalchemy import Connection
 
 from orbitdb.answers.completeness import highest_filled
+from orbitdb.answers.results import Result
 from orbitdb.answers.whole_periods import read_classes
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, as_floats
+from orbitdb.errors import InputError, as_floats, need_whole
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
 from orbitdb.quantum.length_spectrum import Spectrum, of_family, of_levels, of_terms, reach
+from orbitdb.quantum.level_statistics import Statistics, expected, statistics
 from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, Staircase, levels_of, reliable_end, staircase
 from orbitdb.quantum.missing_levels import CUTOFF, FITS, WIDEST, Assessment, assess
 from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
-from orbitdb.quantum.weyl import Parity, check_levels, one_parity, parities_of
-from orbitdb.store.connection import Connection, Moment
+from orbitdb.quantum.weyl import Parity, check_levels, one_parity, parities_of, weyl
+from orbitdb.store import results
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import WITH_ORBITS, a_values
 from orbitdb.store.selection import Selection
@@ -47,7 +50,7 @@ _CLEARLY = 0.7
 
 
 def levels_from_zero(
-    moment: Moment, a: float, parity: Parity | str | None = None, k_max: float | None = None
+    moment: Connection, a: float, parity: Parity | str | None = None, k_max: float | None = None
 ) -> Levels:
     """Return the stored levels from k = 0 to the first gap, or to `k_max` below it (`Catalogue.levels`)."""
     parities = parities_of(one_parity(parity))
@@ -72,7 +75,7 @@ def levels_from_zero(
     return Levels.joined(a, 0.0, high, windows_of)
 
 
-def read_levels(moment: Moment, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
+def read_levels(moment: Connection, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
     """Return the stored levels from k = 0 to the first gap, and the k of this gap; None without levels."""
     try:
         levels = levels_from_zero(moment, a, parity)
@@ -83,15 +86,10 @@ def read_levels(moment: Moment, a: float, parity: Parity | None) -> tuple[Floats
 
 def stored_levels(connection: Connection, a: float, parity: Parity) -> list[LevelWindow]:
     """Return the stored windows of levels of one parity."""
-    own = (a, str(parity))
-    levels = connection.execute("SELECT number, k, error FROM level WHERE a = ? AND parity = ?", own)
-    numbers = np.array(levels.fetchall(), np.float64).reshape(-1, 3)
-    windows = []
-    query = "SELECT low, high, below, seconds FROM level_fill WHERE a = ? AND parity = ?"
-    for low, high, below, seconds in connection.execute(query, own):
-        _, k, error = numbers[(numbers[:, 1] >= low) & (numbers[:, 1] < high)].T
-        windows.append(LevelWindow(a, parity, low, high, below, k, error, seconds))
-    return windows
+    return [
+        LevelWindow(a, parity, window.low, window.high, window.below, k, error, window.seconds)
+        for window, k, error in results.read_levels(connection, a, str(parity))
+    ]
 
 
 def ranges_not_stored(done: Sequence[LevelWindow], low: float, high: float) -> Iterator[tuple[float, float]]:
@@ -105,7 +103,7 @@ def ranges_not_stored(done: Sequence[LevelWindow], low: float, high: float) -> I
 
 
 def levels_from_orbits(
-    moment: Moment,
+    moment: Connection,
     a: float,
     k_max: float | None = None,
     parities: Iterable[Parity] = tuple(Parity),
@@ -134,7 +132,7 @@ def levels_from_orbits(
     return replace(Levels.joined(stadium.a, 0.0, end, windows), basis="; ".join(basis))
 
 
-def beside(moment: Moment, levels: Levels) -> list[float | None]:
+def beside(moment: Connection, levels: Levels) -> list[float | None]:
     """Return, for each level from orbits, the stored level with the same number, or None."""
     exact_k: dict[tuple[str, int], float] = {}
     for parity in levels.parities:
@@ -148,7 +146,7 @@ def beside(moment: Moment, levels: Levels) -> list[float | None]:
     return values
 
 
-def classes_for_levels(moment: Moment, a: float) -> tuple[OrbitClasses, int]:
+def classes_for_levels(moment: Connection, a: float) -> tuple[OrbitClasses, int]:
     """Return the orbits at a, and the period up to which all are filled; raise if this period is too low."""
     if not LEAST_A <= a <= LARGEST_A:
         raise InputError(f"no levels at a = {exact(a)}: give a half length from {LEAST_A:g} to {LARGEST_A:g}")
@@ -161,7 +159,7 @@ def classes_for_levels(moment: Moment, a: float) -> tuple[OrbitClasses, int]:
     return classes, highest
 
 
-def read_orbits(moment: Moment, chosen: Selection) -> tuple[OrbitClasses, int]:
+def read_orbits(moment: Connection, chosen: Selection) -> tuple[OrbitClasses, int]:
     """Return the chosen orbits by class, with their symmetries and representatives, and the highest period.
 
     All periods up to the highest one are filled (`highest_filled`).
@@ -176,7 +174,7 @@ def read_orbits(moment: Moment, chosen: Selection) -> tuple[OrbitClasses, int]:
 
 
 def read_spectrum(
-    moment: Moment,
+    moment: Connection,
     a: float,
     lengths: "ArrayLike",
     points: int,
@@ -185,6 +183,7 @@ def read_spectrum(
     parity: Parity | str | None = None,
 ) -> Spectrum:
     """Return the length spectrum (`Catalogue.spectrum`)."""
+    points = need_whole("points", points, 0)
     ends = as_floats(lengths, f"lengths {lengths!r:.40}: give a range such as (1, 12)")
     if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
         raise InputError(
@@ -214,11 +213,12 @@ def read_spectrum(
         complete /= 2  # because half orbits contribute
     parts = zip(terms, family_terms(stadium, end, longest, of), strict=True)
     both = Terms._make(map(np.concatenate, parts))
-    return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes)
+    judged = () if given is None else tuple(notes_on_missing_levels(moment, stadium.a, given, of))
+    return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes, judged)
 
 
 def assess_levels(
-    moment: Moment,
+    moment: Connection,
     a: float,
     k: "ArrayLike | None" = None,
     parity: Parity | str | None = None,
@@ -253,7 +253,7 @@ def assess_levels(
     return assessment, [f"the {lowest} lowest levels are missing: a list that begins higher up is a window"]
 
 
-def _hints(moment: Moment, assessment: Assessment, classes: OrbitClasses, k: Floats) -> list[str]:
+def _hints(moment: Connection, assessment: Assessment, classes: OrbitClasses, k: Floats) -> list[str]:
     """Return hints for a list that does not fit: a radius, a parity or a stored a with which it fits."""
     stadium, of, window = Stadium(assessment.a), assessment.parity, assessment.window
 
@@ -287,7 +287,7 @@ def _hints(moment: Moment, assessment: Assessment, classes: OrbitClasses, k: Flo
     return hints
 
 
-def notes_on_missing_levels(moment: Moment, a: float, k: Floats, parity: Parity | None) -> list[str]:
+def notes_on_missing_levels(moment: Connection, a: float, k: Floats, parity: Parity | None) -> list[str]:
     """Return a line on the levels that a list lacks, and notes; [] if it lacks none or orbits cannot tell."""
     try:
         assessment, notes = assess_levels(moment, a, k, parity)
@@ -300,6 +300,34 @@ def notes_on_missing_levels(moment: Moment, a: float, k: Floats, parity: Parity 
     places = ", ".join(gap.place() for gap in assessment.gaps[:_SHOWN])
     more = f" and {len(assessment.gaps) - _SHOWN} more" if len(assessment.gaps) > _SHOWN else ""
     return [f"{assessment.verdict()}: {places}{more}; 'orbitdb assess FILE' lists them", *notes]
+
+
+def level_statistics(moment: Connection, a: float, levels: Mapping[Parity, Floats]) -> Result:
+    """Return the statistics of the levels of each parity (`Catalogue.level_statistics`)."""
+    rows, notes = [], []
+    for parity, k in levels.items():
+        rows += [statistics(k, Stadium(a), parity, balls) for balls in (False, True)]
+        notes.append(f"{parity}: {len(k)} levels at a = {exact(a)}, k below {k[-1]:.4g}")
+        notes += notes_on_missing_levels(moment, a, k, parity)
+    columns = zip(*rows, *expected(), strict=True)
+    named = zip(Statistics._fields, map(list, columns), strict=True)
+    return Result(Selection(a), dict(named), (), tuple(notes))
+
+
+def notes_on_windows(levels: Levels, parts: Mapping[Parity, Sequence[LevelWindow]]) -> tuple[str, ...]:
+    """Return a line for each parity that compares its levels, found in some windows, with Weyl's law."""
+    notes, low, high = [], levels.low, levels.high
+    for parity, windows in parts.items():
+        below = min(part.below + int((part.k < low).sum()) for part in windows if part.high > low)
+        of_parity = levels.parity == str(parity)
+        own, error = levels.k[of_parity], levels.error[of_parity]
+        places = np.linspace(low, high, 2000)
+        smooth = weyl(Stadium(levels.a), parity)(places)
+        off = float((below + np.searchsorted(own, places) - smooth).mean())
+        worst = f", errors up to {error.max():.0e}" if len(own) else ""
+        count = several(len(own), "level")
+        notes.append(f"{parity}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}")
+    return tuple(notes)
 
 
 def orbits_for(

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from sqlalchemy import Connection
+
 from orbitdb.answers.results import TRAJECTORIES, UP_TO_CUT, Result
 from orbitdb.answers.whole_periods import (
     WholePeriods,
@@ -34,8 +36,8 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import Column
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_exponent
-from orbitdb.store.connection import Moment
-from orbitdb.store.fills import best_reference
+from orbitdb.progress import Tell, nobody
+from orbitdb.store.results import best_reference
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact, with_error
 
@@ -142,11 +144,11 @@ OF_AVERAGES = [
 
 
 def lyapunov(
-    moment: Moment,
+    moment: Connection,
     chosen: Selection,
     weight: str = "exp",
     cut: float | None = None,
-    tell: Callable[[float], None] = lambda done: None,
+    tell: Tell = nobody,
 ) -> Result:
     """Return the average Lyapunov exponents by period, or up to a cut in lambda (`Catalogue.lyapunov`)."""
     wanted, notes = _weight(weight), list[str]()
@@ -204,15 +206,15 @@ def _without_orbits(a: float) -> str:
     return f"from exact means alone, without orbits: {', '.join(ranges)}"
 
 
-def _up_to(
-    subset: WholePeriods, cut: float, weight: Weight, notes: list[str], tell: Callable[[float], None]
-) -> Result:
+def _up_to(subset: WholePeriods, cut: float, weight: Weight, notes: list[str], tell: Tell) -> Result:
     if not 0 < cut <= _LARGEST_CUT:
         raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows, a = subset.classes, subset.selection.a
     if weight is Weight.DETERMINANT and (most := pseudocycles.largest_cut(rows, cut, MOST_FACTORS)) < cut:
         raise InputError(f"cut {cut:g} has too many terms with weight det: give {most:g} or less")
-    zeta = pseudocycles.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
+    zeta = pseudocycles.lyapunov_by_stability(
+        rows, cut, subset.highest, weight, lambda done: tell(done, 1.0, "summing pseudo-cycles")
+    )
     if subset.missing:
         notes.append(f"the zeta function lacks p = {subset.why_missing(subset.missing)}")
     else:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
+from sqlalchemy import Connection
 
 from orbitdb.answers.completeness import lacking_births, unfilled
 from orbitdb.answers.export import arrow_batch, arrow_schema
@@ -15,11 +16,11 @@ from orbitdb.answers.results import MOST_ROWS, html_of_orbits
 from orbitdb.arrays import Floats, Integers, Places, Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import WRITTEN, kind_of
-from orbitdb.errors import InputError, checked_methods
+from orbitdb.errors import InputError
 from orbitdb.extras import drawn, figure_name, load
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
-from orbitdb.store.connection import Moment
+from orbitdb.store.connection import path_of
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import find_or_solve
 from orbitdb.store.query import choose
@@ -44,7 +45,6 @@ _BLOCK = 1 << 14
 _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
 
-@checked_methods
 @dataclass(frozen=True, eq=False, repr=False)
 class Subset:
     """The chosen words as arrays with one entry per word; missing numbers are NaN.
@@ -349,7 +349,7 @@ OF_ROWS = [field.name for field in fields(Subset)][1:-6]
 
 
 def read_subset(
-    moment: Moment, selection: Selection, order: str, coordinates: bool, by_class: bool = False
+    moment: Connection, selection: Selection, order: str, coordinates: bool, by_class: bool = False
 ) -> Subset:
     """Return the chosen words as arrays (`Catalogue.select`)."""
     names = ["code", *OF_ROWS[1:], *([COORDINATES] if coordinates else [])]
@@ -364,7 +364,7 @@ def read_subset(
     fills = [fill.p for fill in read_fills(moment, selection.a) if fill.whole and selection.includes(fill.p)]
     missing = unfilled(moment, selection) or lacking_births(moment, selection)
     return Subset(selection, arrays.pop("code"), **arrays, coordinates=places, unfilled=missing,
-                  filled=tuple(fills), path=moment.path, by_class=by_class)  # fmt: skip
+                  filled=tuple(fills), path=path_of(moment), by_class=by_class)  # fmt: skip
 
 
 def _read_coordinates(path: Path, word: str, a: float) -> Floats | None:

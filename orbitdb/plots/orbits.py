@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
+from sqlalchemy import Connection
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Orbit
@@ -13,7 +14,6 @@ from orbitdb.plots import paths
 from orbitdb.plots.noted import asked, gaps, nothing
 from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.plots.style import BLUE, ORANGE, Picture, figure, short, wrapped
-from orbitdb.store.connection import Moment
 from orbitdb.store.query import choose
 from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection
@@ -84,7 +84,7 @@ def sheet(catalogue: "Catalogue", chosen: Selection, limit: int = 120, order: st
     return made
 
 
-def _representatives(moment: Moment, chosen: Selection, order: str, limit: int) -> tuple[list[str], int]:
+def _representatives(moment: Connection, chosen: Selection, order: str, limit: int) -> tuple[list[str], int]:
     """Return the first representatives of the chosen classes in an order, and the number of classes."""
     classes = choose(moment, chosen, order, by_class=True)
     return [word for (word,) in rows_of(moment, classes, ("representative",), 0, limit)], len(classes)

@@ -82,6 +82,8 @@ class Spectrum(Drawn):
         The terms of the orbits, followed by those of the bouncing-ball family.
     codes : ndarray of object, shape (C,)
         Representatives of the symmetry classes to which `Terms.orbit` refers.
+    judged : tuple of str
+        What the given levels lack according to the orbits, one line each.
     """
 
     a: float
@@ -93,6 +95,7 @@ class Spectrum(Drawn):
     complete: float
     terms: Terms
     codes: NDArray[np.object_]
+    judged: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         of = "" if self.parity is None else f" of the parity {self.parity}"

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Floats
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium, as_stadium
-from orbitdb.errors import InputError, checked
+from orbitdb.errors import InputError
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.quantum.condensation import Interiors, eigenfunctions, one_thread
 from orbitdb.quantum.elements import grid, quarter_stadium
@@ -190,6 +190,8 @@ class Levels(Drawn):
         The parities whose levels are included.
     basis : str
         For levels from orbits, the orbits that were used; empty for levels from spectral elements.
+    notes : tuple of str
+        For each parity of levels from spectral elements, how they compare with Weyl's law.
 
     Examples
     --------
@@ -205,6 +207,7 @@ class Levels(Drawn):
     parity: NDArray[np.str_]
     parities: tuple[Parity, ...] = tuple(Parity)
     basis: str = ""
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def joined(
@@ -241,7 +244,6 @@ class Levels(Drawn):
         return (self,) if name == "staircase" else (self.a, parts), repr(self).strip("<>")
 
 
-@checked
 def levels(
     stadium: Stadium | float,
     low: float = 0.0,

@@ -113,6 +113,8 @@ class Assessment(Drawn):
         Ratio of the fitted radius to the given radius, and its standard error; 1 and 0 without a fit.
     window : bool
         Whether the list was allowed to begin with any level.
+    notes : tuple of str
+        What else may explain a list that does not fit, or lacks its lowest levels.
     """
 
     a: float
@@ -124,6 +126,7 @@ class Assessment(Drawn):
     scale: float = 1.0
     scale_error: float = 0.0
     window: bool = False
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.k)

@@ -26,7 +26,7 @@ from scipy.spatial import cKDTree
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium, as_stadium
-from orbitdb.errors import InputError, checked
+from orbitdb.errors import InputError
 from orbitdb.extras import drawn, figure_name
 from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
@@ -164,7 +164,6 @@ class Wave:
         return drawn(figure_name(kind, ("wave", "husimi")), (self, orbit), title, ax)
 
 
-@checked
 def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | str) -> Iterator[Wave]:
     """Yield the waves of all levels of one parity with low <= k < high, in ascending order of k.
 

@@ -262,6 +262,6 @@ def packed(keys: Integers, p: int) -> Integers:
 def keys_of_period(p: int) -> tuple[int, int]:
     """Return a range of keys, both ends included, that contains all words of period p.
 
-    The ids of classes without a key (`orbitdb.store.schema.LONG`) are above all of them.
+    The ids of classes without a key (`orbitdb.store.tables.LONG`) are above all of them.
     """
     return key("0" * p), key(SYMBOLS[-1] * p)

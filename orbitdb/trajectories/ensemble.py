@@ -18,7 +18,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium
-from orbitdb.errors import InputError, checked, need_whole
+from orbitdb.errors import InputError, need_whole
 from orbitdb.extras import Record
 from orbitdb.trajectories.trajectory import reflect_off_circle
 
@@ -196,7 +196,6 @@ class Reference(Record):
         )  # fmt: skip
 
 
-@checked
 def simulate(
     stadium: Stadium | float,
     bounces: int,
@@ -224,7 +223,8 @@ def simulate(
     ValueError
         If `bounces` is below 1 or `trajectories` below 2.
     """
-    for done, averages in references(as_stadium(stadium), bounces, seed, trajectories):
+    wanted = need_whole("bounces", bounces, 0)
+    for done, averages in references(as_stadium(stadium), wanted, seed, trajectories):
         if progress is not None:
             progress(done, averages)
     return averages
@@ -239,7 +239,7 @@ def references(
     the caller may stop at any time.
     """
     wanted = math.ceil(bounces * 2 * math.pi / stadium.perimeter)
-    need_whole("seed", seed, 0)
+    seed = need_whole("seed", seed, 0)
     if bounces < 1 or (trajectories is not None and trajectories < 2):
         given = f"{bounces} bounces, {LEAST if trajectories is None else trajectories} trajectories"
         raise InputError(f"{given}: give at least one bounce and two trajectories")

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from sqlalchemy import Connection
 
 from orbitdb.answers.levels import stored_levels
 from orbitdb.arrays import Floats, Integers, Marks, Words
@@ -29,22 +30,22 @@ from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
 from orbitdb.quantum.levels import ROUNDING, windows
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.connection import Connection
 from orbitdb.store.fills import Sweep, read_sweeps
 from orbitdb.store.lives import BirthFill, count_births, counts_at, read_birth_fills
-from orbitdb.store.rows import LISTED, as_list
-from orbitdb.store.schema import BORN, DIED, DONE
 from orbitdb.store.selection import Selection
+from orbitdb.store.tables import BORN, DIED, DONE
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import from_strings, unpack
 from orbitdb.text import exact, shortened
 from orbitdb.verification.checks import (
+    LISTED,
     Block,
     Check,
     Checked,
     Part,
+    as_list,
     blocks,
     by_period,
     differences,
@@ -109,7 +110,7 @@ def change_rows(connection: Connection, p: int, ids: Integers | None = None) -> 
     query = f"""SELECT {", ".join(ChangeRow._fields)} FROM change JOIN cycle ON cycle.id = change.cycle
         WHERE p = :p {only} ORDER BY cycle, number"""
     values = {"p": p} if ids is None else {"p": p, "ids": as_list(ids)}
-    return [ChangeRow(*row) for row in connection.execute(query, values)]
+    return [ChangeRow(*row) for row in connection.exec_driver_sql(query, values)]
 
 
 def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
@@ -161,7 +162,7 @@ def change_parts(
     connection: Connection, selections: Sequence[Selection], sample: int | None, rng: np.random.Generator
 ) -> Iterator[Part]:
     """Yield parts that check the classes with births in the chosen periods, or a random sample of these."""
-    classes = connection.execute("SELECT DISTINCT cycle FROM change").fetchall()
+    classes = connection.exec_driver_sql("SELECT DISTINCT cycle FROM change").fetchall()
     born = by_period(connection, only=np.array(classes, np.int64))
     chosen = [ids for p, ids in born.items() if is_chosen(p, selections)]
     drawn = sampled(np.concatenate([np.zeros(0, np.int64), *chosen]), sample, rng)
@@ -257,7 +258,7 @@ def _solved(p: int, a: float) -> tuple[Tally, PeriodSums, float]:
 def level_parts(connection: Connection, selections: Sequence[Selection]) -> Iterator[Part]:
     """Yield parts that check the quantum levels of each parity at the chosen a, unless words are chosen."""
     chosen = {selection.a for selection in selections if selection == Selection(selection.a)}
-    stored = connection.execute("SELECT DISTINCT a, parity FROM level_fill ORDER BY a, parity")
+    stored = connection.exec_driver_sql("SELECT DISTINCT a, parity FROM level_fill ORDER BY a, parity")
     for a, parity in (row for row in stored if row[0] in chosen):
         yield Part(f"levels {parity} at a = {exact(a)}", partial(_levels, a, parity))
 

@@ -1,5 +1,6 @@
 """The result of a check, and the blocks of classes that any process can check."""
 
+import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -8,14 +9,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from sqlalchemy import Connection
 
 from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.errors import AlteredError
 from orbitdb.orbits.status import NUMBERS, Orbits
 from orbitdb.store import query
-from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
-from orbitdb.store.rows import LISTED, as_list
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import from_strings
 from orbitdb.text import shortened
@@ -142,6 +142,15 @@ def checked_apart(path: Path, part: Part) -> Checked:
         return part.checked(moment)
 
 
+LISTED = "IN (SELECT value FROM json_each(:ids))"
+"""A condition that a column is one of the ids given by `as_list`."""
+
+
+def as_list(ids: Integers) -> str:
+    """Return ids as the single value ``:ids`` of `LISTED`."""
+    return json.dumps(ids.tolist())
+
+
 Ids = dict[int, Integers]
 """Ids of classes or pruned words, in order, for each period."""
 
@@ -181,7 +190,7 @@ def by_period(connection: Connection, table: str = "cycle", only: Integers | Non
     Damaged periods are left out: SQLite's own check reports them.
     """
     query = f"SELECT id, p FROM {table} WHERE typeof(p) = 'integer' ORDER BY id"
-    rows = np.array(connection.execute(query).fetchall(), np.int64).reshape(-1, 2)
+    rows = np.array(connection.exec_driver_sql(query).fetchall(), np.int64).reshape(-1, 2)
     ids, periods = (rows if only is None else rows[np.isin(rows[:, 0], only)]).T
     return {p: ids[periods == p] for p in np.unique(periods).tolist()}
 
@@ -203,7 +212,7 @@ def sampled_classes(
 
 def stadium_id(connection: Connection, a: float) -> int | None:
     """Return the id of the stadium with a given a, or None."""
-    number: int | None = connection.scalar("SELECT id FROM stadium WHERE a = ?", (a,))
+    number: int | None = connection.exec_driver_sql("SELECT id FROM stadium WHERE a = ?", (a,)).scalar()
     return number
 
 
@@ -215,7 +224,7 @@ def stored_orbits(connection: Connection, number: int, block: Block) -> tuple[In
     names = ("cycle", "status", "coordinates", "iterations", *NUMBERS)
     query = f"""SELECT word, {", ".join(names)} FROM orbit JOIN cycle ON cycle.id = orbit.cycle
         WHERE stadium = :stadium AND cycle {LISTED} ORDER BY cycle"""
-    rows = connection.execute(query, {"stadium": number, "ids": as_list(block.ids)}).fetchall()
+    rows = connection.exec_driver_sql(query, {"stadium": number, "ids": as_list(block.ids)}).fetchall()
     words, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     values: dict[str, Sequence[Any]] = dict(zip(names, columns, strict=True))
     blank = np.full(block.p, np.nan, dtype="<f8").tobytes()

@@ -11,12 +11,11 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from sqlalchemy import Connection
 
-from orbitdb.store.connection import Connection
 from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
-from orbitdb.store.rows import LISTED, as_list
-from orbitdb.store.schema import DONE, LONG, TABLES
 from orbitdb.store.selection import Selection
+from orbitdb.store.tables import DONE, LONG, TABLES
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.pruning import FAMILY, count_admissible, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import joined_members, joined_words
@@ -31,9 +30,11 @@ from orbitdb.symbols.words import (
 )
 from orbitdb.text import exact
 from orbitdb.verification.checks import (
+    LISTED,
     Block,
     Check,
     Part,
+    as_list,
     blocks,
     by_period,
     differences,
@@ -50,20 +51,20 @@ def file_parts(selections: Sequence[Selection]) -> list[Part]:
 
 
 def _file(connection: Connection) -> Iterator[Check]:
-    rows = sum(connection.scalar(f"SELECT count(*) FROM {table}") for table in TABLES)
-    dangling = connection.execute("PRAGMA foreign_key_check")
+    rows = sum(connection.exec_driver_sql(f"SELECT count(*) FROM {table}").scalar() for table in TABLES)
+    dangling = connection.exec_driver_sql("PRAGMA foreign_key_check")
     faults = [f"a row of {child} refers to a missing row of {parent}" for child, _, parent, _ in dangling]
-    answer = str(connection.scalar("PRAGMA integrity_check"))
+    answer = str(connection.exec_driver_sql("PRAGMA integrity_check").scalar())
     yield listed("file", rows, faults if answer == "ok" else [answer, *faults])
 
 
 def _counts(selections: Sequence[Selection], connection: Connection) -> Iterator[Check]:
     """Check the words of whole periods against the transfer matrix, and all counts against the rows."""
     fills = fill_rows(connection)
-    births = list(connection.records("SELECT * FROM birth_fill"))
+    births = list(connection.exec_driver_sql("SELECT * FROM birth_fill").mappings())
     sizes = "SELECT p, count(*), sum(class_size) FROM cycle GROUP BY p"
     stored: dict[int, tuple[int, int]] = defaultdict(lambda: (0, 0))
-    stored |= {p: (classes, words) for p, classes, words in connection.execute(sizes)}
+    stored |= {p: (classes, words) for p, classes, words in connection.exec_driver_sql(sizes)}
     whole = {row["p"] for row in (*fills, *births) if row["state"] == DONE}
     for p in sorted(whole | stored.keys()):
         if is_chosen(p, selections):
@@ -88,7 +89,7 @@ def _counts(selections: Sequence[Selection], connection: Connection) -> Iterator
 def fill_rows(connection: Connection) -> list[dict[str, Any]]:
     """Return the rows of `fill`, each with its value of a."""
     query = "SELECT * FROM fill JOIN stadium ON stadium.id = fill.stadium ORDER BY a, p"
-    return list(connection.records(query))
+    return list(connection.exec_driver_sql(query).mappings())
 
 
 def _wrong_counts(
@@ -121,7 +122,7 @@ def class_parts(connection: Connection, selections: Sequence[Selection]) -> Iter
 def _compared(of_pruned: bool, block: Block, connection: Connection) -> Iterator[Check]:
     """Check rows of `cycle` or `pruned` against the values that follow from their words."""
     query = f"SELECT * FROM {'pruned' if of_pruned else 'cycle'} WHERE id {LISTED}"
-    rows = connection.execute(query, {"ids": as_list(block.ids)}).fetchall()
+    rows = connection.exec_driver_sql(query, {"ids": as_list(block.ids)}).fetchall()
     words = [row[2] for row in rows]
     symbols = from_strings(words)
     broken = rules_broken(symbols)

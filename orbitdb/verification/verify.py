@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from sqlalchemy import Connection
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import need_whole
@@ -21,9 +22,9 @@ from orbitdb.extras import data_frame
 from orbitdb.filling.workers import HERE, Workers, at_work
 from orbitdb.orbits.status import EXISTING
 from orbitdb.progress import Tell, nobody
-from orbitdb.store.connection import Connection, Moment
+from orbitdb.store.connection import path_of
 from orbitdb.store.file import reading
-from orbitdb.store.paths import need_place, place
+from orbitdb.store.paths import check_same_file, file_id
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact, several
 from orbitdb.verification.births_sweeps_levels import (
@@ -76,7 +77,7 @@ PROMISES = {
 
 
 def verify(
-    moment: Moment,
+    moment: Connection,
     selections: Sequence[Selection],
     sample: int | None = None,
     restarts: int = 0,
@@ -89,7 +90,7 @@ def verify(
 
     Parameters
     ----------
-    moment : Moment
+    moment : Connection
         The moment at which to check. Workers read each part at a later moment, which is safe because a fill
         never changes the rows of existing classes.
     selections : sequence of Selection
@@ -131,7 +132,7 @@ def verify(
         if at_hand is HERE:
             yield from (part.checked(moment) for part in parts)
         else:
-            yield from at_hand.solved(partial(checked_apart, moment.path, part) for part in parts)
+            yield from at_hand.solved(partial(checked_apart, path_of(moment), part) for part in parts)
     yield Part("births", partial(check_births, selections)).checked(moment)
     if missing_births:
         yield from prove_lives(moment, whole_births(moment, selections))
@@ -161,7 +162,10 @@ def _orbits(a: float, restarts: int, seed: int, block: Block, connection: Connec
 def verifiable(connection: Connection) -> list[float]:
     """Return the values of a, in order, at which anything is stored that can be verified."""
     return [
-        a for (a,) in connection.execute("SELECT a FROM stadium UNION SELECT a FROM level_fill ORDER BY a")
+        a
+        for (a,) in connection.exec_driver_sql(
+            "SELECT a FROM stadium UNION SELECT a FROM level_fill ORDER BY a"
+        )
     ]
 
 
@@ -177,6 +181,8 @@ class Verification:
     ----------
     checks : tuple of Check
         The result for each of `PROMISES` that was checked.
+    notes : tuple of str
+        What is missing, one line each.
 
     Examples
     --------
@@ -185,6 +191,7 @@ class Verification:
     """
 
     checks: tuple[Check, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def sound(self) -> bool:
@@ -242,13 +249,13 @@ def verified(
     need_whole("restarts", restarts, 0)
 
     def steps() -> Generator[Checked]:
-        opened = place(path)
+        opened = file_id(path)
         with reading(path) as moment:
             yield from verify(moment, selections, sample, restarts, seed, births, jobs)
         for selection in selections if rigorous else ():
-            need_place(path, opened, _REPLACED)
+            check_same_file(path, opened, _REPLACED)
             yield from certify(path, selection, sample, seed)
-        need_place(path, opened, _REPLACED)
+        check_same_file(path, opened, _REPLACED)
 
     with closing(steps()) as going:  # ends its processes if it is interrupted
         return Verification(tuple(report(going, tell)))

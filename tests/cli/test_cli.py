@@ -4,7 +4,9 @@ import io
 import json
 import math
 import re
+import shlex
 import subprocess
+import sys
 from fractions import Fraction
 from importlib.metadata import metadata
 from pathlib import Path
@@ -13,7 +15,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from processes import COMMAND, commands
+from processes import COMMAND, commands, run
 
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.text import with_bound
@@ -172,10 +174,18 @@ def test_subsets_are_chosen_by_the_same_options_everywhere(cli, command):
 
 @pytest.mark.slow
 def test_head_ends_quietly(filled):
-    command = " ".join(f"'{part}'" for part in [*COMMAND, "query", "--format", "csv", "--db", str(filled)])
-    result = subprocess.run(f"{command} | head -n 2", shell=True, capture_output=True, text=True, check=False)
-    assert len(result.stdout.splitlines()) == 2
-    assert result.stderr == ""
+    command = shlex.join([*COMMAND, "query", "--format", "csv", "--db", str(filled)])
+    line = f"{command} | head -n 2; echo ${{PIPESTATUS[0]}}"
+    result = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False)
+    assert len(result.stdout.splitlines()) == 3
+    assert (result.stdout.splitlines()[-1], result.stderr) == ("141", "")
+
+
+@pytest.mark.slow
+def test_a_crash_has_a_traceback_and_exit_code_1(filled):
+    program = "from orbitdb.cli import app, main; app.call = lambda arguments: 1 / 0; main.run()"
+    done = run("table", "--db", filled, command=[sys.executable, "-P", "-c", program])
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (1, "ZeroDivisionError: division by zero")
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ LIGHTEST_FIRST = {
     "table": "orbitdb.averages orbitdb.averages.sum_rules orbitdb.entropy.bounds",
     "query --p 3": "",
     "lyapunov": "",
-    "births --p 2": "multiprocessing orbitdb.filling",
+    "births --p 2": "orbitdb.filling",
     "fill --p 2 --db new.db": "",
 }
 """Commands with the slow modules each may import beyond those of the earlier ones."""

@@ -119,8 +119,7 @@ def cut(path: Path, work: Work, way: str, moment: int) -> None:
                     shutil.copy(f"{path}{end}", f"{copy}{end}")
             raise Killed
 
-    with pytest.MonkeyPatch.context() as monkeypatch, suppress(Killed):
-        before_statements(monkeypatch, count)
+    with suppress(Killed), before_statements(count):
         list(work(path))
     for end in ENDS if copy.exists() else ():
         shutil.move(f"{copy}{end}", f"{path}{end}")

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contents import alter, answer, ask, before_statements
+from contents import alter, answer, ask
 from quick import slow_but
+from sqlalchemy import Connection, Engine, event
 from there import there
 
 from orbitdb.answers.whole_periods import read_whole, sum_rules_of
@@ -101,17 +102,21 @@ def test_an_unfinished_sweep_has_no_sums_and_is_not_counted(tmp_path):
         assert (known.highest, known.swept, known.cycles().tolist()) == (0, {}, [0])
 
 
-def test_a_period_closed_first_by_another_process_keeps_its_sums(tmp_path, monkeypatch):
+def test_a_period_closed_first_by_another_process_keeps_its_sums(tmp_path):
     path = tmp_path / "orbits.db"
     migrate(path)
     others = iter([HERE])
 
-    def close_first(statement: str) -> None:
-        if "BEGIN" in statement and ask(path, "SELECT 1 FROM sweep_block") and (other := next(others, None)):
+    def close_first(_connection: Connection) -> None:
+        if ask(path, "SELECT 1 FROM sweep_block") and (other := next(others, None)):
             swept(path, periods=[5], workers=other)
 
-    before_statements(monkeypatch, close_first)
-    assert found(path, periods=[5]) == found(tmp_path / "alone.db", periods=[5])
+    event.listen(Engine, "begin", close_first, insert=True)
+    try:
+        own = found(path, periods=[5])
+    finally:
+        event.remove(Engine, "begin", close_first)
+    assert own == found(tmp_path / "alone.db", periods=[5])
 
 
 @pytest.mark.usefixtures("small_sweeps")

@@ -55,7 +55,7 @@ def test_classes_are_orbits_by_default(varied):
 
 
 def test_an_engine_of_sqlalchemy_reads_what_the_catalogue_counts_and_cannot_write(catalogue):
-    engine = catalogue.engine()
+    engine = catalogue.engine
     shortest = pd.read_sql("SELECT p, count(*) AS words FROM catalogue WHERE a = 1 GROUP BY p", engine)
     assert [catalogue.count(a=1.0, p=p) for p in shortest["p"]] == shortest["words"].tolist() != []
     words = sa.Table("catalogue", sa.MetaData(), autoload_with=engine)
@@ -99,8 +99,8 @@ def test_an_orbit_of_a_subset_reads_its_bounces_when_asked(catalogue):
         lambda c: c.select(Selection(), p=3),
         lambda c: c.identify(points=[(0, 1), (0, -1), (1, 1)], bounces=3),
         lambda c: c.fill(words=["13"], geometric=True),
-        lambda c: next(c.rows(p=2, offset=-5)),
-        lambda c: next(c.rows(p=2, limit=-5)),
+        lambda c: c.rows(p=2, offset=-5),
+        lambda c: c.rows(p=2, limit=-5),
     ],
 )
 def test_nothing_given_is_ignored(catalogue, ask):
@@ -241,7 +241,7 @@ def test_the_repr_of_a_catalogue_states_its_periods(varied, begin_fill, tmp_path
         assert repr(catalogue) == "<Catalogue orbits.db: periods 2-6 at a = 1; periods 2-6 at a = 1.6>"
         assert catalogue.fills() == catalogue.fills(a=1.0) != []
         assert catalogue.find("13") == catalogue["13"]
-        assert next(catalogue.rows(p=2, columns=("a", "code"))) == (1.0, "13")
+        assert next(iter(catalogue.rows(p=2, columns=("a", "code")))) == (1.0, "13")
     assert repr(Catalogue(varied, a=0.3)).startswith(
         "<Catalogue orbits.db: no complete period at a = 0.3; periods 2"
     )

@@ -5,7 +5,7 @@ from contents import ask
 from orbitdb.catalogue import Catalogue
 from orbitdb.filling.fill import fill_word
 from orbitdb.store.file import migrate
-from orbitdb.store.schema import LONG
+from orbitdb.store.tables import LONG
 from orbitdb.symbols.words import MAX_KEYED, keys_of_period, parse
 
 

@@ -61,11 +61,11 @@ def wait_until_ready(process: Going) -> None:
     assert process.stdout.readline() == "ready\n"
 
 
-def alive(group: int) -> list[int]:
-    """Return the running processes of a group."""
-    listed = subprocess.run(["ps", "-eo", "pid=,pgid=,stat="], capture_output=True, text=True, check=True)
+def alive(session: int) -> list[int]:
+    """Return the running processes of a session: a command that was started here, and its workers."""
+    listed = subprocess.run(["ps", "-eo", "pid=,sess=,stat="], capture_output=True, text=True, check=True)
     members = [line.split() for line in listed.stdout.splitlines()]
-    return [int(pid) for pid, pgid, state in members if int(pgid) == group and not state.startswith("Z")]
+    return [int(pid) for pid, of, state in members if int(of) == session and not state.startswith("Z")]
 
 
 def nobody_left(process: Going) -> bool:
@@ -83,14 +83,16 @@ def workers_of(process: int) -> list[int]:
     found = []
     for pid in map(int, listed.split()):
         with contextlib.suppress(OSError):  # may have ended
-            if "spawn_main" in Path(f"/proc/{pid}/cmdline").read_text():
+            if "filling.workers" in Path(f"/proc/{pid}/cmdline").read_text():
                 found.append(pid)
     return found
 
 
 def kill_group(process: Going) -> None:
     """Kill a command and all its processes at once, like a crashing machine."""
-    os.killpg(process.pid, signal.SIGKILL)
+    for pid in alive(process.pid):
+        with contextlib.suppress(ProcessLookupError):  # a worker ends with its command
+            os.kill(pid, signal.SIGKILL)
     process.communicate()
 
 

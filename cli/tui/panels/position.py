@@ -12,8 +12,8 @@ from textual.widget import Widget
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import Pages
-from orbitdb.store.query import first_where, position_of
-from orbitdb.store.where import never
+from orbitdb.store.connection import never
+from orbitdb.store.query import first_of_period, first_that_begins, position_of
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
 
 PAUSE = 2.0
@@ -32,8 +32,8 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     """
     assert pages.catalogue is not None
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
-    with pages.catalogue.moment() as moment:
-        place = first_where(moment, pages.chosen, f"p = {period}", cancelled) if period else None
+    with pages.catalogue.snapshot(cancelled) as moment:
+        place = first_of_period(moment, pages.chosen, period) if period else None
         if place is not None:
             return place, f"period {period}"
         if not set(typed) <= set(SYMBOLS):
@@ -41,7 +41,7 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
         with suppress(WordError):
             place = position_of(moment, pages.chosen, least_rotation(parse_primitive(typed)))
         if place is None:
-            place = first_where(moment, pages.chosen, f"code GLOB '{typed}*'", cancelled)
+            place = first_that_begins(moment, pages.chosen, typed)
     return place, f"code {typed}" if place is not None else f"no code {typed}"
 
 

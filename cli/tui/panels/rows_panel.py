@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 
+from sqlalchemy import Connection
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.reactive import reactive
@@ -16,7 +17,6 @@ from orbitdb.cli.tui.panels.position import Position
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, CatalogueFile, Kept, Ordering, Pages, known_columns
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.connection import Moment
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
@@ -121,14 +121,14 @@ class RowsPanel(Vertical, Working):
             time.sleep(_PAUSE if patient else 0.0)
             if cancelled():
                 return
-            with catalogue.moment() as moment:
+            with catalogue.snapshot(cancelled) as moment:
                 gaps = _gaps(moment, selection)
                 if nothing and (selection, ordering) == (everything, Ordering()):
                     yield Pages(catalogue, choose(moment, selection, most=_FIRST), fields), gaps, None
-                chosen = choose(moment, selection, str(ordering), cancelled=cancelled)
+                chosen = choose(moment, selection, str(ordering))
                 count = len(chosen) if selection == everything else total
                 if count is None:
-                    count = len(choose(moment, everything, cancelled=cancelled))
+                    count = len(choose(moment, everything))
             yield Pages(catalogue, chosen, fields), gaps, count
 
         def show(reading: _Reading) -> None:
@@ -228,7 +228,7 @@ class RowsPanel(Vertical, Working):
         self.position.refresh()
 
 
-def _gaps(moment: Moment, selection: Selection) -> tuple[str, str]:
+def _gaps(moment: Connection, selection: Selection) -> tuple[str, str]:
     """Return notes on partial periods, and on periods that are not filled or lack births that are needed."""
     missing, lacking = unfilled(moment, selection), lacking_births(moment, selection)
     parts = [f"{missing}, or press f" if missing else "", lacking or ""]

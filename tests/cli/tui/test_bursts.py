@@ -120,6 +120,25 @@ def test_a_failure_restores_the_terminal_and_shows_the_traceback(filled_once):
     assert session.lines[-1] == "ZeroDivisionError: division by zero"
 
 
+_READING = """
+import time
+from orbitdb.cli.tui.panels.rows_panel import RowsPanel
+RowsPanel.action_reverse_order = lambda self: self.app.in_thread("long", lambda cancelled: time.sleep(600), print)
+from orbitdb.cli.main import run
+run()
+"""
+
+
+def test_a_screen_does_not_wait_for_a_thread_that_still_reads(filled_once):
+    child = spawn("browse", "--db", filled_once, command=[sys.executable, "-P", "-c", _READING])
+    child.expect("row 1 of [0-9,]+|is not stored")
+    shown = child.before
+    child.send("Rq")
+    child.expect(pexpect.EOF, timeout=60)
+    session = ended(child, (shown + child.before, 80))
+    assert (session.code, session.restored) == (0, True)
+
+
 @pytest.mark.parametrize(
     ("how", "code"), [(signal.SIGTERM, 143), ("closed", 129), (signal.SIGHUP, 129), ("stopped", 143)]
 )

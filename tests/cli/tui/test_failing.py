@@ -20,7 +20,6 @@ from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.stored import NONE, Kept, Ordering
 from orbitdb.orbits.solve import solve_word
-from orbitdb.store.file import Reader
 from orbitdb.store.selection import Selection
 
 
@@ -29,7 +28,7 @@ def errors(app):
 
 
 def test_exports_without_their_extra_name_it_and_leave_no_file(varied, tmp_path, monkeypatch):
-    catalogue, orbit = Reader(varied), solve_word("13", 1.6)
+    catalogue, orbit = Catalogue(varied), solve_word("13", 1.6)
     few = Selection(periods=((2, 3),))
     for path, write, module, told in (
         (tmp_path / "x.parquet", partial(write_rows, catalogue, few, Ordering()), "pyarrow", "parquet"),

@@ -23,7 +23,7 @@ async def test_the_dialog_states_the_cost_of_its_fields(filled_once):
     async with browsing(filled_once, selection=Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, "f")
         coming = need(filled_once, 1.6, range(2, 10), 1)
-        said = f"{coming.words:,} words to fill at a = 1.6: under a second, "
+        said = f"{coming.words:,} words to fill at a = 1.6: under a second, up to "
         assert cost(app) == f"{said}{coming.bytes / 1e3:.0f} kB"
         assert cost(app) in shown(app)
         await write(pilot, "2-8", field="#periods")

@@ -35,10 +35,8 @@ async def test_chosen_columns_are_saved_and_the_sorted_one_is_always_visible(fil
         assert heading(app).split()[:3] != ["│code", "iterations▲", "status"]
         await press(pilot, *"hhhh")
         assert heading(app).split()[:3] == ["│code", "iterations▲", "status"]
-        last = next(
-            Catalogue(app.file.path).rows(
-                Selection(), columns=("code", "iterations"), order="iterations desc", limit=1
-            )
+        (last,) = Catalogue(app.file.path).rows(
+            Selection(), columns=("code", "iterations"), order="iterations desc", limit=1
         )
         await press(pilot, "R", "g")
         assert (row_of(app)[0], row_of(app)[-1]) == last

@@ -4,7 +4,7 @@ import random
 
 import model
 import pytest
-from contents import alter, answer
+from contents import alter
 from hypothesis import example, given
 from hypothesis import strategies as st
 from questions import CRITERIA, KEYS, NAMES, expected, make_catalogue_to_ask
@@ -16,9 +16,7 @@ from orbitdb.cli.tui.panels.paged_table import PagedTable, width_of
 from orbitdb.cli.tui.panels.position import place_of
 from orbitdb.cli.tui.stored import EVERY, USUAL, Ordering, Pages
 from orbitdb.errors import StoreError
-from orbitdb.store.file import Reader
 from orbitdb.store.query import choose
-from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection, SelectionError, chosen_by
 from orbitdb.store.where import CancelledError
 
@@ -44,8 +42,8 @@ def catalogue(asked):
 
 
 def pages_of(catalogue, selection, ordering=NATURAL, columns=SHOWN):
-    source = Reader(catalogue.path)
-    with source.moment() as moment:
+    source = Catalogue(catalogue.path)
+    with source.snapshot() as moment:
         return Pages(source, choose(moment, selection, str(ordering)), columns)
 
 
@@ -81,11 +79,8 @@ def test_digits_find_the_first_match(asked, criteria, ordering, typed):
 
 def test_reading_can_be_cancelled(catalogue):
     two = Selection(periods=((2, 2),))  # so few rows that the query ends before it checks for cancellation
-    with pytest.raises(CancelledError):
-        answer(
-            catalogue.path,
-            lambda moment: list(rows_of(moment, choose(moment, two), ("code",), cancelled=lambda: True)),
-        )
+    with pytest.raises(CancelledError), catalogue.snapshot(cancelled=lambda: True):
+        list(catalogue.rows(two, columns=("code",)))
 
 
 def test_a_bad_filter_is_refused(catalogue):

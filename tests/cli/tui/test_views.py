@@ -77,7 +77,7 @@ def test_the_value_of_each_column_chooses_its_row(varied):
     names = [*VIEWS[0].columns, "rules", "born", "maslov"]
     catalogue = Catalogue(varied)
     pruned = catalogue.rows(columns=names, status="geometric")
-    for row in [*[*catalogue.rows(columns=names)][::250], next(pruned)]:
+    for row in [*[*catalogue.rows(columns=names)][::250], next(iter(pruned))]:
         for name, value in zip(names, row, strict=True):
             where = both(equals(name, value), f"code = '{row[0]}'")
             found = list(catalogue.rows(columns=("code",), status=row[names.index("status")], where=where))
