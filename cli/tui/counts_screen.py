@@ -16,15 +16,16 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
-from textual.widgets import Footer, Header, OptionList
+from textual.widgets import Footer, OptionList
 from textual.widgets.option_list import Option
 
 from orbitdb.answers.completeness import partial_periods
 from orbitdb.arrays import Floats, Integers
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.dialogs import ListDialog, NameList
+from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.panels.choices import equals
-from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
+from orbitdb.cli.tui.screens import LEAVING, OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import EVERY
 from orbitdb.store.connection import Moment
 from orbitdb.store.file import Reader
@@ -158,9 +159,10 @@ def lines_of(counts: Sequence[Count]) -> Iterator[Table]:
 class CountsList(NameList):
     """Counts in groups, each with a title, unless it is empty; enter or a click chooses a count."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("enter", "select", "filter", tooltip="by the line under the cursor")
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = purpose(
+        "choose rows",
+        Binding("enter", "select", "filter", tooltip="by the line under the cursor", key_display="enter"),
+    )
 
     def show(self, groups: Mapping[str, Sequence[Count]]) -> None:
         self.clear_options()
@@ -180,14 +182,16 @@ class CountsScreen(OwnScreen[str | None]):
     It closes with the SQL condition of the count that was chosen, if any.
     """
 
-    BINDING_GROUP_TITLE = "Counts"
     BINDINGS: ClassVar[list[BindingType]] = [
         *LEAVING,
-        key("d", "dismiss", "back", tooltip="to the orbits"),
-        Binding("s", "column", "column", tooltip="of the histogram"),
-        Binding("right_square_bracket", "next_column(1)", "next column"),
-        key("left_square_bracket", "next_column(-1)", "previous column"),
-        Binding("e", "export", "export", tooltip="the histogram as a figure"),
+        *purpose(
+            "other",
+            key("d", "dismiss", "back", tooltip="to the orbits"),
+            Binding("s", "column", "column", tooltip="of the histogram"),
+            Binding("right_square_bracket", "next_column(1)", "next column"),
+            key("left_square_bracket", "next_column(-1)", "previous column"),
+            Binding("e", "export", "save", tooltip="the histogram as a figure"),
+        ),
     ]
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
@@ -200,7 +204,7 @@ class CountsScreen(OwnScreen[str | None]):
         self._drawn: Sequence[Count] = ()
 
     def compose(self) -> ComposeResult:
-        yield Header()
+        yield TopLine()
         with Horizontal(id="counts"):
             yield CountsList(id="tallies")
             yield CountsList(id="histogram")

@@ -12,6 +12,7 @@ from textual.widgets import Input, Label, OptionList
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import code_text
+from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.screens import Dialog, Field, key
 from orbitdb.cli.tui.stored import EVERY, USUAL
 from orbitdb.errors import InputError, StoreError
@@ -24,7 +25,9 @@ Names = tuple[str, ...]
 class NameList(OptionList):
     """A list in which j and k move the cursor, as in the table."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [key("j", "cursor_down"), key("k", "cursor_up")]
+    BINDINGS: ClassVar[list[BindingType]] = purpose(
+        "move", key("j,down", "cursor_down", "next line"), key("k,up", "cursor_up", "previous line")
+    )
 
 
 class LineDialog(Dialog[str | None]):

@@ -10,7 +10,7 @@ from rich.table import Table
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container
-from textual.widgets import Footer, Header, Static
+from textual.widgets import Footer, Static
 
 from orbitdb.answers.entropy import enclosure, entropy_of_rows, outside
 from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, lyapunov_of_rows
@@ -19,8 +19,9 @@ from orbitdb.answers.whole_periods import read_noted
 from orbitdb.averages.by_period import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import number
+from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.panels.canvas import Curve, Plot
-from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox
+from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox, TopLine
 from orbitdb.errors import InputError
 from orbitdb.store.file import Reader
 from orbitdb.store.fills import best_reference, read_fills
@@ -105,13 +106,15 @@ def curves_of(result: Result, reference: Reference | None) -> dict[str, list[Cur
 class StatisticsScreen(OwnScreen[str | None]):
     """Averages over the chosen orbits by period, as a table and as curves."""
 
-    BINDING_GROUP_TITLE = "Statistics"
     BINDINGS: ClassVar[list[BindingType]] = [
         *LEAVING,
-        Binding("w", "weight", "weight", tooltip="exp or det"),
-        Binding("e", "export", "export", tooltip="the curves as a figure"),
-        Binding("m", "more", "more", tooltip="periods, which takes longer"),
-        Binding("t", "trajectories", "trajectories", tooltip="to compare with, more each time"),
+        *purpose(
+            "other",
+            Binding("w", "weight", "weight", tooltip="exp or det"),
+            Binding("e", "export", "save", tooltip="the curves as a figure"),
+            Binding("m", "more", "more", tooltip="periods, which takes longer"),
+            Binding("t", "trajectories", "trajectories", tooltip="to compare with, more each time"),
+        ),
     ]
 
     def __init__(self, catalogue: Reader, selection: Selection) -> None:
@@ -124,7 +127,7 @@ class StatisticsScreen(OwnScreen[str | None]):
         self._bounces = FIRST_BOUNCES
 
     def compose(self) -> ComposeResult:
-        yield Header()
+        yield TopLine()
         with ScrollBox(id="statistics"):
             yield Static("reading …", id="numbers")
             yield Static(id="notes", markup=False)

@@ -31,15 +31,25 @@ _BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 class Canvas:
     """A picture of columns x rows cells that shows a box of the plane, from `low` to `high`.
 
-    If `square`, the scale, in dots per unit, is the same in x and y. A cell takes the style of what is drawn
-    in it last; characters are on top of dots. What lies outside is left out.
+    If `square`, the scale, in dots per unit, is the same in x and y. The box leaves a margin of columns and
+    rows free on each side. A cell takes the style of what is drawn in it last; characters are on top of dots.
+    What lies outside is left out.
     """
 
-    def __init__(self, columns: int, rows: int, low: ArrayLike, high: ArrayLike, square: bool = True) -> None:
+    def __init__(
+        self,
+        columns: int,
+        rows: int,
+        low: ArrayLike,
+        high: ArrayLike,
+        square: bool = True,
+        margin: tuple[int, int] = (0, 0),
+    ) -> None:
         low, high = np.asarray(low, float), np.asarray(high, float)
         self.columns, self.rows = columns, rows
         self._size = np.array([DOTS[0] * columns, DOTS[1] * rows])
-        scale = (self._size - 1) / np.maximum(high - low, 1e-300)
+        inner = np.maximum(self._size - 2 * np.multiply(DOTS, margin), 2)
+        scale = (inner - 1) / np.maximum(high - low, 1e-300)
         self.scale = np.full(2, scale.min()) if square else scale
         self._centre = (low + high) / 2
         self._codes = np.zeros((rows, columns), np.int64)
@@ -70,6 +80,17 @@ class Canvas:
         """Draw a character in the cell of each point, shape (N, 2)."""
         for x, y in self._inside(self.dots(points)).tolist():
             self._signs.append((style, y // DOTS[1], x // DOTS[0], sign))
+
+    def label(self, style: str, point: ArrayLike, outward: ArrayLike, sign: str) -> None:
+        """Draw a character beside the cell of a point, or one cell further on if another one is there."""
+        [[x, y]], (right, up) = self.dots([point]) // DOTS, np.asarray(outward) * (DOTS[1], -DOTS[0])
+        step = np.rint(np.array([right, up]) / max(abs(right), abs(up))).astype(int)
+        for far in (1, 2):
+            column, row = (np.array([x, y]) + far * step).tolist()
+            taken = {other for _, *place, other in self._signs if place == [row, column]}
+            if taken <= {sign} and 0 <= column < self.columns and 0 <= row < self.rows:
+                self._signs.append((style, row, column, sign))
+                return
 
     def lines(self) -> list[Line]:
         """Return the picture, with neighbouring cells of the same style joined."""
@@ -107,7 +128,7 @@ class PictureWidget(Widget):
     COMPONENT_CLASSES: ClassVar[set[str]] = {
         f"picture--{name}"
         for name in ("wall", "path", "bounce", "start", "arrow", "trail", "particle", "label",
-                     "one", "two", "three", "four", "five", "six")
+                     "grid", "one", "two", "three", "four", "five", "six")
     }  # fmt: skip
 
     def picture(self, columns: int, rows: int) -> list[Line]:
@@ -123,7 +144,7 @@ class PictureWidget(Widget):
         )
 
     def _style(self, name: str) -> Style:
-        return self.get_component_rich_style(f"picture--{name}", partial=True) if name else Style.null()
+        return self.get_component_rich_style(f"picture--{name}") if name else Style.null()
 
 
 class Curve(NamedTuple):

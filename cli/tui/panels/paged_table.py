@@ -16,6 +16,7 @@ from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
 from orbitdb.cli.output import number
+from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.screens import key
 from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, Ordering, Pages, Row
 
@@ -37,8 +38,8 @@ class PagedTable(ScrollView, can_focus=True):
     """
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor", "table--cell", "table--dim"}
-    BINDING_GROUP_TITLE = "Rows"
-    BINDINGS: ClassVar[list[BindingType]] = [
+    BINDINGS: ClassVar[list[BindingType]] = purpose(
+        "move",
         key("j,down", "move(1)", "next row"),
         key("k,up", "move(-1)", "previous row"),
         key("pagedown,ctrl+f", "page(1)", "next page"),
@@ -47,7 +48,7 @@ class PagedTable(ScrollView, can_focus=True):
         key("G,end", "end(True)", "last row"),
         key("l,right", "column(1)", "next column"),
         key("h,left", "column(-1)", "previous column"),
-    ]
+    )
 
     cursor: reactive[int] = reactive(0, repaint=False)
     column: reactive[int] = reactive(0)
@@ -193,18 +194,16 @@ class PagedTable(ScrollView, can_focus=True):
     def render_line(self, y: int) -> Strip:
         base, shown = self.rich_style, self._shown()
         if y == 0:
-            style = base + self.get_component_rich_style("table--header", partial=True)
+            style = self.get_component_rich_style("table--header")
             return self._line([(name, width, self._heading(name)) for name, width in shown], style)
         place = self.scroll_offset.y + y - 1
         if place >= len(self.source):
             return Strip.blank(self.scrollable_content_region.width, base)
         row = self.source.row(place)
         values = dict(zip(self.source.fields, row, strict=True))
-        style = base
-        if values["status"] != "orbit":
-            style += self.get_component_rich_style("table--dim", partial=True)
+        style = base if values["status"] == "orbit" else self.get_component_rich_style("table--dim")
         if place == self.cursor:
-            style += self.get_component_rich_style("table--cursor", partial=True)
+            style = self.get_component_rich_style("table--cursor")
         cells = [(name, width, number(name, values.get(name))) for name, width in shown]
         return self._line(cells, style, _MARK if row[0] in self.marked else " ", place == self.cursor)
 
