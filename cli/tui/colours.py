@@ -60,7 +60,7 @@ def readable_variables(variables: Mapping[str, str]) -> dict[str, str]:
         "key": readable(Color.parse(variables["accent"]), grounds),
         "track": background.blend(foreground, 0.3),
         "block-cursor-background": cursor,
-        "block-cursor-foreground": readable(cursor, [cursor]),
+        "block-cursor-foreground": WHITE if contrast(WHITE, cursor) >= TEXT else BLACK,
         "block-cursor-blurred-background": background.blend(cursor, 0.3),
         "block-cursor-blurred-foreground": readable(foreground, [background.blend(cursor, 0.3)]),
     }

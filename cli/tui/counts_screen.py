@@ -8,8 +8,8 @@ from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from rich.bar import Bar
 from rich.console import Console, ConsoleOptions, RenderResult
+from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 from textual.app import ComposeResult
@@ -35,6 +35,7 @@ from orbitdb.store.where import never
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _LEAST_BINS, _MOST_BINS = 8, 40
+_EIGHTHS = ("", *"▏▎▍▌▋▊▉")
 
 DRAWN = tuple(name for name in EVERY if name not in ("code", "representative", "cycle"))
 """The columns that a histogram can show: all except those that name a word or a class."""
@@ -133,32 +134,36 @@ def _without(column: str, count: int) -> list[Count]:
     return [Count("without", count, equals(column, None))] if count else []
 
 
-class CountBar(Bar):
-    """A bar drawn in eighths of a cell, so that even a small count is visible."""
+class CountBar(NamedTuple):
+    """A bar drawn in eighths of a cell; even a small count is visible."""
+
+    share: float
+    style: Style | str
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        least = 1.01 * self.size / (8 * options.max_width) if self.end else 0
-        return Bar(self.size, 0, max(self.end, least)).__rich_console__(console, options)
+        eighths = max(round(8 * options.max_width * self.share), 1 if self.share else 0)
+        yield Text("█" * (eighths // 8) + _EIGHTHS[eighths % 8], self.style)
 
 
-def lines_of(counts: Sequence[Count]) -> Iterator[Table]:
+def lines_of(counts: Sequence[Count], style: Style | str = "") -> Iterator[Table]:
     """Yield one line per count: its label, the number, and a bar; the longest bar fills the width."""
     labels, numbers = (max((len(text) for text in texts), default=0) for texts in (
         [count.label for count in counts], [f"{count.rows:,}" for count in counts]
     ))  # fmt: skip
-    most = max((count.rows for count in counts if count.label != "without"), default=0)
+    most = max((count.rows for count in counts if count.label != "without"), default=0) or 1
     for label, count, _ in counts:
         line = Table.grid(padding=(0, 1, 0, 0), expand=True)
         line.add_column(justify="right", no_wrap=True, width=labels)
         line.add_column(justify="right", no_wrap=True, width=numbers)
         line.add_column(ratio=1)
-        line.add_row(label, f"{count:,}", "" if label == "without" else CountBar(most, 0, count))
+        line.add_row(label, f"{count:,}", "" if label == "without" else CountBar(count / most, style))
         yield line
 
 
 class CountsList(NameList):
     """Counts in groups, each with a title, unless it is empty; enter or a click chooses a count."""
 
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"counts--bar"}
     BINDINGS: ClassVar[list[BindingType]] = purpose(
         "choose rows",
         Binding("enter", "select", "filter", tooltip="by the line under the cursor", key_display="enter"),
@@ -166,8 +171,9 @@ class CountsList(NameList):
 
     def show(self, groups: Mapping[str, Sequence[Count]]) -> None:
         self.clear_options()
+        style = self.get_component_rich_style("counts--bar", partial=True)
         for title, counts in groups.items():
-            lines = zip(lines_of(counts), counts, strict=True)
+            lines = zip(lines_of(counts, style), counts, strict=True)
             options = [Option(line, f"{title}:{count.condition}") for line, count in lines]
             options = options or [Option("none", disabled=True)]
             if title:

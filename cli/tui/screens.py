@@ -10,6 +10,7 @@ from textual.await_complete import AwaitComplete
 from textual.binding import Binding, BindingType
 from textual.command import CommandPalette
 from textual.containers import Horizontal, ScrollableContainer, Vertical
+from textual.content import Content
 from textual.dom import DOMNode
 from textual.events import Key
 from textual.screen import ModalScreen, Screen
@@ -134,7 +135,8 @@ class TopLine(Horizontal):
     """The first line of a screen: the program and the file on the left, the subtitle on the right."""
 
     def compose(self) -> ComposeResult:
-        yield Label(str(self.app.title), id="program", markup=False)
+        program, _, file = str(self.app.title).partition(" ")
+        yield Label(Content.assemble((program, "bold $foreground"), f"  {file}"), id="program")
         yield Label(id="subtitle", markup=False)
 
     def on_mount(self) -> None:

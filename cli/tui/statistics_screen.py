@@ -231,10 +231,15 @@ def _described(one: Reference) -> str:
 
 
 def _as_table(result: Result) -> Table:
-    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="bold")
     names = columns()
+    short = {
+        average.of(exponent): f"λ{exponent.removeprefix('lambda')}\n{average.brief}"
+        for exponent in EXPONENTS
+        for average in AVERAGES
+    }
     for name in names:
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(short.get(name, f"\n{name}"), justify="right", no_wrap=True)
     errors = [result.columns.get(f"{name}_error") for name in names]
     for place, row in enumerate(result.rows(names)):
         cells = zip(names, row, errors, strict=True)

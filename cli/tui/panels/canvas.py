@@ -160,31 +160,43 @@ class Curve(NamedTuple):
     marker: str = ""
 
 
-_MARGIN = 7
+_MARGIN = 8
 """Columns of the axis on the left."""
+_ROWS_PER_TICK = 4
 
 
 def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> list[Line]:
-    """Draw curves, with an axis on the left, and the periods and a legend below; nothing without room."""
+    """Draw curves, with an axis on the left, and the periods and a legend below; nothing without room.
+
+    The later half of the periods sets the range, so that one can see whether the curves converge. Points
+    outside it become arrows at the edge.
+    """
     drawn = [np.stack([curve.x, curve.y], axis=1)[np.isfinite(curve.y)] for curve in curves]
     points = np.concatenate([np.zeros((0, 2)), *drawn])
     legend = _folded([(f" {c.marker or '─'} {c.name} ", c.style) for c in curves if c.name], columns)
     height = rows - 1 - len(legend)
     if not len(points) or columns < _MARGIN + 8 or height < 3:
         return []
-    (first, low), (last, high) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    first, last = float(points[:, 0].min()), float(points[:, 0].max())
+    later = points[points[:, 0] >= (first + last) / 2, 1]
+    low, high, last = float(later.min()), float(later.max()), max(last, first + 1)
     pad = 0.05 * (high - low) or 0.5
-    low, high, last = low - pad, high + pad, max(last, first + 1)
+    low, high = low - pad, high + pad
     canvas = Canvas(columns - _MARGIN, height, (first, low), (last, high), square=False)
+    axis = [" " * _MARGIN] * height
+    for tick in round_ticks(low, high, max(2, height // _ROWS_PER_TICK)):
+        [[_, y]] = canvas.dots([[first, tick]])
+        axis[y // DOTS[1]] = f"{tick:>{_MARGIN - 1}g} "
+        canvas.put("grid", np.array([(x, y) for x in range(0, DOTS[0] * canvas.columns, 3 * DOTS[0])]))
+    for curve, values in zip(curves, drawn, strict=True):
+        outside = values[(values[:, 1] < low) | (values[:, 1] > high)] if curve.name else []
+        for x, y in outside:
+            canvas.mark(curve.style, [(x, high if y > high else low)], "↑" if y > high else "↓")
     for curve, values in zip(curves, drawn, strict=True):
         if curve.marker:
             canvas.mark(curve.style, values, curve.marker)
         else:
             canvas.line(curve.style, values)
-    axis = [" " * _MARGIN] * height
-    for share in (0.0, 0.5, 1.0):
-        label = f"{high - share * (high - low):>z{_MARGIN - 1}.3f}"
-        axis[round(share * (height - 1))] = label[: _MARGIN - 1] + "┤"
     ticks = list("p".center(_MARGIN).ljust(columns))
     for period in range(math.ceil(first), math.floor(last) + 1):
         if last - first < columns / 4 or period % 2 == 0:
@@ -192,6 +204,15 @@ def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> list[Line]:
             ticks[place - len(str(period)) : place] = str(period)
     lines = [[(label, "label"), *line] for label, line in zip(axis, canvas.lines(), strict=True)]
     return [*lines, [("".join(ticks), "label")], *legend]
+
+
+def round_ticks(low: float, high: float, most: int) -> list[float]:
+    """Return the multiples, between two values, of the least of 1, 2, 5, 10, ... that gives at most `most`."""
+    decade = 10.0 ** math.floor(math.log10((high - low) / most))
+    steps = (factor * decade for factor in (1, 2, 5, 10, 20))
+    spans = ((step, math.ceil(low / step), math.floor(high / step)) for step in steps)
+    step, begin, end = next(span for span in spans if span[2] - span[1] < most)
+    return [float(f"{n * step:.12g}") for n in range(begin, end + 1)]
 
 
 def _folded(pieces: Iterable[tuple[str, str]], columns: int) -> list[Line]:

@@ -221,16 +221,21 @@ class PagedTable(ScrollView, can_focus=True):
         marked = style + self.get_component_rich_style("table--cell", partial=True)
         segments = []
         for place, (name, width, text) in enumerate(cells):
-            cut = text if len(text) <= width else text[: width - 1] + "…"
-            shown = cut.rjust(width) if EVERY[name].kind in ("number", "integer") else cut.ljust(width)
+            apart = "" if _is_number(name) or not place else " "  # from numbers, which end where texts begin
+            cut = apart + (text if len(apart + text) <= width else text[: width - len(apart) - 1] + "…")
+            shown = cut.rjust(width) if _is_number(name) else cut.ljust(width)
             segments.append(Segment(shown, marked if name == underlined else style))
             segments.append(Segment(" " if place else after_code, style))
         return Strip(segments).adjust_cell_length(self.scrollable_content_region.width, style)
 
 
 def width_of(name: str) -> int:
-    """Return the width of a column, with room for the arrow of the sort order."""
-    return max(_WIDTHS.get(name, 0), len(name) + 1)
+    """Return the width of a column, with room for the arrow of the sort order, and for a blank before texts."""
+    return max(_WIDTHS.get(name, 0), len(name) + 1) + (not _is_number(name))
+
+
+def _is_number(name: str) -> bool:
+    return EVERY[name].kind in ("number", "integer")
 
 
 def _fitting(names: Sequence[str], room: int) -> list[str]:
