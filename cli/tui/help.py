@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import ClassVar
 
 from rich.table import Table
 from rich.text import Text
@@ -21,7 +22,9 @@ def purpose(name: str, *bindings: Binding) -> list[BindingType]:
 
 def keys_by_purpose(screen: Screen[object]) -> Iterator[tuple[str, dict[str, list[Binding]]]]:
     """Yield each purpose with the bindings of every action that serves it."""
-    active = [each.binding for each in screen.active_bindings.values() if each.enabled and not each.binding.system]
+    active = [
+        each.binding for each in screen.active_bindings.values() if each.enabled and not each.binding.system
+    ]
     for name in PURPOSES:
         actions: dict[str, list[Binding]] = {}
         for binding in active:
@@ -34,17 +37,20 @@ def keys_by_purpose(screen: Screen[object]) -> Iterator[tuple[str, dict[str, lis
 class KeysPanel(VerticalScroll, can_focus=False):
     """A list of the keys that work now."""
 
-    COMPONENT_CLASSES = {"keys--key", "keys--purpose"}
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"keys--key", "keys--purpose"}
 
     def compose(self) -> ComposeResult:
         yield Static()
 
     def on_mount(self) -> None:
-        self.screen.bindings_updated_signal.subscribe(self, lambda _: self.show())
+        self.screen.bindings_updated_signal.subscribe(self, self.show)
+        self.app.theme_changed_signal.subscribe(self, self.show)
         self.show()
 
-    def show(self) -> None:
-        named, plain = (self.get_component_rich_style(f"keys--{name}", partial=True) for name in ("key", "purpose"))
+    def show(self, _: object = None) -> None:
+        named, plain = (
+            self.get_component_rich_style(f"keys--{name}", partial=True) for name in ("key", "purpose")
+        )
         table = Table.grid(padding=(0, 1, 0, 0))
         table.add_column(justify="right")
         for name, actions in keys_by_purpose(self.screen):

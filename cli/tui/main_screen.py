@@ -22,6 +22,7 @@ from orbitdb.cli.tui.panels.choices import Choices, View, equals
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.panels.facts import FactsPanel
 from orbitdb.cli.tui.panels.orbit_panel import OrbitPanel
+from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.panels.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import CatalogueFile, Kept, Ordering
@@ -31,6 +32,9 @@ from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
 from orbitdb.symbols.words import least_rotation
 from orbitdb.text import exact
+
+
+_SECONDS_BETWEEN_LOOKS = 2.0
 
 
 def _to(part: str, action: str) -> str:
@@ -49,7 +53,13 @@ class MainScreen(OwnScreen[None]):
             "move",
             key("0", _to("rows", "digit(0)"), "go to", tooltip="a period or code", key_display="0 .. 9"),
             *(key(digit, _to("rows", f"digit({digit})"), system=True) for digit in "123456789"),
-            key("backspace", _to("rows", "take_back"), "delete", tooltip="the last digit"),
+            key(
+                "backspace",
+                _to("rows", "take_back"),
+                "delete",
+                tooltip="the last digit",
+                key_display="backspace",
+            ),
             key("n", _to("table", "move(1)"), "next orbit"),
             key("p", _to("table", "move(-1)"), "previous orbit"),
             key("escape", "back", "back", tooltip="to the row"),
@@ -66,8 +76,15 @@ class MainScreen(OwnScreen[None]):
             key("Y", _to("side", f"move_in_class({MIRROR_Y})"), "up-down mirror image"),
             key("less_than_sign", _to("side", "follow(False)"), "smaller a", tooltip="for this orbit"),
             key("greater_than_sign", _to("side", "follow(True)"), "larger a", tooltip="for this orbit"),
-            key("comma", _to("side", "follow(False, True)"), "birth or death", tooltip="at the next smaller a"),
-            key("full_stop", _to("side", "follow(True, True)"), "birth or death", tooltip="at the next larger a"),
+            key(
+                "comma", _to("side", "follow(False, True)"), "birth or death", tooltip="at the next smaller a"
+            ),
+            key(
+                "full_stop",
+                _to("side", "follow(True, True)"),
+                "birth or death",
+                tooltip="at the next larger a",
+            ),
             key("y", _to("side", "copy"), "copy", tooltip="the code"),
             key("asterisk", "mark", "mark", tooltip="the orbit, or remove its mark"),
         ),
@@ -107,6 +124,9 @@ class MainScreen(OwnScreen[None]):
         self.choices = Choices(file, kept, selection)
         self.rows = RowsPanel(file, kept)
         self.side = OrbitPanel(file, selection.a)
+        self._stamp: tuple[int, ...] = ()
+        self._lacking: tuple[int, ...] = ()  # the file when it last lacked a row
+        self._filled: list[int] = []  # the periods filled at this a when last asked
         self._view = self.view
         self._past: list[View] = []
         self._word: str | None = None  # the word under the cursor before a filter was typed
@@ -131,6 +151,7 @@ class MainScreen(OwnScreen[None]):
         self.watch(self.side, "sought", self.rows.go_to, init=False)
         self.watch(self.app, "fill_state", self.say_choices)
         self.action_look_again()
+        self.set_interval(_SECONDS_BETWEEN_LOOKS, self.look_for_deletions)
         self.rows.table.focus()
         if self._code is not None:
             self.call_next(self.side.ask_for, self._code)
@@ -171,18 +192,43 @@ class MainScreen(OwnScreen[None]):
 
     def action_look_again(self) -> None:
         """Read the file at the start, and read it again after changes or on request."""
+        self._stamp = self._file.stamp()
         filled = self._file.a_values()
+        self._filled = self._file.periods(self.choices.selection.a)
         self.set_class(not filled and self.side.orbit is None, "-empty")
         self.rows.total = None
         self.say_choices()
         if filled:
             self.rows.read(self.choices.selection)
 
+    def look_for_deletions(self) -> None:
+        """Notice that another process has deleted periods, if the file has changed since the last look."""
+        if self._stamp != (stamp := self._file.stamp()):
+            self._stamp, before = stamp, self._filled
+            self._filled = self._file.periods(self.choices.selection.a)
+            if set(before) - set(self._filled):
+                self._read_anew()
+
+    def on_paged_table_deleted(self, message: PagedTable.Deleted) -> None:
+        """Read the rows again; if the same file lacks rows again, it is damaged."""
+        if self._file.stamp() == self._lacking:
+            self.rows.fail(message.reason)
+        else:
+            self._lacking = self._file.stamp()
+            self._read_anew()
+
+    def _read_anew(self) -> None:
+        self.notify("deleted meanwhile, by another process: the file is read anew")
+        self.side.clear(self.choices.selection.a)
+        self.rows.forget()
+        self.action_look_again()
+
     def _take_selection(self, old: Selection, selection: Selection) -> None:
         """Show the new subset; at another a, clear the screen first, and find the word of the facts again."""
         self._remember()
         orbit, trying = self.side.orbit, self.choices.trying
         if selection.a != old.a:
+            self._filled = self._file.periods(selection.a)
             self.side.clear(selection.a)
             self.rows.forget()
         if trying:

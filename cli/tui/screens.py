@@ -140,7 +140,9 @@ class TopLine(Horizontal):
         yield Label(id="subtitle", markup=False)
 
     def on_mount(self) -> None:
-        self.watch(self.screen, "sub_title", lambda text: self.query_one("#subtitle", Label).update(text or ""))
+        self.watch(
+            self.screen, "sub_title", lambda text: self.query_one("#subtitle", Label).update(text or "")
+        )
 
 
 class OwnScreen(Screen[Result], Working):

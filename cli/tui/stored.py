@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -12,7 +12,7 @@ from textual.cache import LRUCache
 
 from orbitdb.answers.export import complete
 from orbitdb.columns import IN_CATALOGUE
-from orbitdb.errors import InputError, StoreError
+from orbitdb.errors import AlteredError, InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.connection import Moment
 from orbitdb.store.file import Reader, check_file
@@ -29,6 +29,9 @@ Partners = Sequence[tuple[float, list[str]]]
 """The a of each birth of a word, with the representatives of the classes born there on the same path."""
 
 Answer = TypeVar("Answer")
+
+DELETED = AlteredError
+"""Raised by `Pages.row` if another process has deleted the row since the rows were chosen."""
 
 _MOST_FILTERS = 50
 
@@ -57,6 +60,15 @@ class CatalogueFile:
     def find(self, word: str, a: float) -> Orbit:
         """Return the stored orbit of a word at this a, or solve the word if it is not stored."""
         return find_or_solve(self.path if self.reader else None, word, a)
+
+    def stamp(self) -> tuple[int, ...]:
+        """Return numbers that change whenever somebody writes to the file."""
+        stamps = []
+        for ending in ("", "-wal"):
+            with suppress(OSError):
+                found = Path(f"{self.path}{ending}").stat()
+                stamps += [found.st_mtime_ns, found.st_size, found.st_ino]
+        return tuple(stamps)
 
     def a_values(self) -> list[float]:
         return self._ask(a_values, [])

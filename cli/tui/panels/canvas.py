@@ -20,6 +20,7 @@ from textual.widget import Widget
 from orbitdb.arrays import Floats
 
 Dots = NDArray[np.int64]
+Pair = tuple[float, float]
 Line = list[tuple[str, str]]
 """A line of a picture as pairs of a text and the name of its style, '' for none."""
 
@@ -81,7 +82,7 @@ class Canvas:
         for x, y in self._inside(self.dots(points)).tolist():
             self._signs.append((style, y // DOTS[1], x // DOTS[0], sign))
 
-    def label(self, style: str, point: ArrayLike, outward: ArrayLike, sign: str) -> None:
+    def label(self, style: str, point: Pair, outward: Pair, sign: str) -> None:
         """Draw a character beside the cell of a point, or one cell further on if another one is there."""
         [[x, y]], (right, up) = self.dots([point]) // DOTS, np.asarray(outward) * (DOTS[1], -DOTS[0])
         step = np.rint(np.array([right, up]) / max(abs(right), abs(up))).astype(int)
@@ -189,9 +190,9 @@ def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> list[Line]:
         axis[y // DOTS[1]] = f"{tick:>{_MARGIN - 1}g} "
         canvas.put("grid", np.array([(x, y) for x in range(0, DOTS[0] * canvas.columns, 3 * DOTS[0])]))
     for curve, values in zip(curves, drawn, strict=True):
-        outside = values[(values[:, 1] < low) | (values[:, 1] > high)] if curve.name else []
-        for x, y in outside:
-            canvas.mark(curve.style, [(x, high if y > high else low)], "↑" if y > high else "↓")
+        for x, y in values.tolist():
+            if curve.name and not low <= y <= high:
+                canvas.mark(curve.style, [(x, high if y > high else low)], "↑" if y > high else "↓")
     for curve, values in zip(curves, drawn, strict=True):
         if curve.marker:
             canvas.mark(curve.style, values, curve.marker)

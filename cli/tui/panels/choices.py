@@ -1,5 +1,6 @@
 """The choices that make up the rows: each change gives a new `Selection`, and a `View` writes them down."""
 
+import re
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +15,7 @@ from orbitdb.cli.tui.dialogs import FilterDialog, LineDialog, ListDialog, MarksD
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import USUAL, CatalogueFile, Kept, Ordering
 from orbitdb.orbits.status import Status
-from orbitdb.store.selection import Selection
+from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import bound_names, check
 from orbitdb.text import exact, printable
 
@@ -163,7 +164,11 @@ class Choices(Static, Working):
         self.app.push_screen(dialog, take)
 
     def check_filter(self, where: str) -> str:
-        check(where, dict(self.filtered(where).parameters))
+        try:
+            check(where, dict(self.filtered(where).parameters))
+        except SelectionError as error:  # without the line, which stands above, and advice for the shell
+            message = str(error).removeprefix(f"where {where!r}: ")
+            raise SelectionError(re.sub(r"[;,]? *'orbitdb [^;]*|, with -P .*", "", message)) from error
         return ""
 
     def filtered(self, where: str | None) -> Selection:

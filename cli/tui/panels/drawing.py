@@ -166,7 +166,9 @@ class OrbitDrawing(PictureWidget):
 
     def picture(self, columns: int, rows: int) -> list[Line]:
         points = phase_points(self.orbit)
-        self._entitle("phase space: sine against arclength" if self.phase else f"stadium, a = {exact(self.a)}")
+        self._entitle(
+            "phase space: sine against arclength" if self.phase else f"stadium, a = {exact(self.a)}"
+        )
         if self.phase:
             return draw_phase(self.a, points, columns, rows)
         below = rows // 2 if len(points) and rows > _LEAST_FOR_BOTH else 0

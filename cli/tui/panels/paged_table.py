@@ -18,7 +18,7 @@ from textual.strip import Strip
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.screens import key
-from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, Ordering, Pages, Row
+from orbitdb.cli.tui.stored import DELETED, EVERY, NONE, USUAL, Ordering, Pages, Row
 
 _WIDTHS = {
     "code": 8, "p": 3, "length": 11, "status": 9, "lyapunov": 11, "margin": 9, "error": 8, "born": 11,
@@ -62,6 +62,12 @@ class PagedTable(ScrollView, can_focus=True):
 
         column: str
 
+    @dataclass
+    class Deleted(Message):
+        """Says that rows were deleted meanwhile; none are shown any more. The reason is an error's message."""
+
+        reason: str
+
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
         self.source = NONE
@@ -79,7 +85,16 @@ class PagedTable(ScrollView, can_focus=True):
     @property
     def row(self) -> Row | None:
         """The row under the cursor; None if there are no rows."""
-        return self.source.row(self.cursor) if len(self.source) else None
+        return self._read(self.cursor)
+
+    def _read(self, place: int) -> Row | None:
+        """Return the row at an index; None if there are fewer rows, or rows have been deleted."""
+        try:
+            return self.source.row(place) if place < len(self.source) else None
+        except DELETED as error:
+            self.show(NONE)
+            self.post_message(self.Deleted(str(error)))
+            return None
 
     @property
     def cell(self) -> tuple[str, Any] | None:
@@ -178,7 +193,8 @@ class PagedTable(ScrollView, can_focus=True):
     def _code_width(self) -> int:
         places, least = self._places(), _WIDTHS["code"]
         if self._codes[:2] != (self.source, places):  # this runs for every line
-            widest = max((len(self.source.row(place)[0]) for place in places), default=least)
+            codes = [row[0] for place in places if (row := self._read(place)) is not None]
+            widest = max(map(len, codes), default=least)
             self._codes = self.source, places, max(widest, least)
         half = self.scrollable_content_region.width // 2  # the facts show the code in full
         return min(self._codes[2], max(half, least), _LONGEST_CODE)
@@ -197,9 +213,8 @@ class PagedTable(ScrollView, can_focus=True):
             style = self.get_component_rich_style("table--header")
             return self._line([(name, width, self._heading(name)) for name, width in shown], style)
         place = self.scroll_offset.y + y - 1
-        if place >= len(self.source):
+        if (row := self._read(place)) is None:
             return Strip.blank(self.scrollable_content_region.width, base)
-        row = self.source.row(place)
         values = dict(zip(self.source.fields, row, strict=True))
         style = base if values["status"] == "orbit" else self.get_component_rich_style("table--dim")
         if place == self.cursor:

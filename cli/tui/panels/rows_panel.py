@@ -143,9 +143,9 @@ class RowsPanel(Vertical, Jumps):
                 self.table.show(rows)
                 self._show_word()
 
-        self.in_thread("rows", find, show, self._fail)
+        self.in_thread("rows", find, show, self.fail)
 
-    def _fail(self, reason: str) -> None:
+    def fail(self, reason: str) -> None:
         """Show the error and an empty table, because the old rows belong to another subset."""
         self._show(NONE)
         self.report = reason
