@@ -25,7 +25,7 @@ from textual.worker import WorkerFailed
 from orbitdb.cli.tui.colours import readable_variables
 from orbitdb.cli.tui.export import Export
 from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, fill_wish
-from orbitdb.cli.tui.help import KeysPanel, purpose
+from orbitdb.cli.tui.help import PURPOSES, KeysPanel, purpose
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working, key
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
@@ -226,15 +226,15 @@ class BrowseApp(App[None], Working):
         own: dict[str, SystemCommand] = {}
         for active in screen.active_bindings.values():
             binding = active.binding
-            hidden = binding.system or binding.action == "command_palette"  # that shows this list
-            if active.enabled and binding.description and not hidden:
+            ours = binding.id in PURPOSES and binding.action != "command_palette"  # that shows this list
+            if active.enabled and ours and not binding.system:
                 title = f"{binding.description} {binding.tooltip}".strip()
                 title = title[:1].upper() + title[1:]
                 run = partial(self.call_later, self.run_action, binding.action, active.node)
                 own.setdefault(title, SystemCommand(title, f"key {self.get_key_display(binding)}", run))
         yield from own.values()
-        ours = ("Quit", "Keys", "Maximize")
-        yield from (command for command in super().get_system_commands(screen) if command.title not in ours)
+        titles = ("Quit", "Keys")
+        yield from (command for command in super().get_system_commands(screen) if command.title not in titles)
 
     # the end
 

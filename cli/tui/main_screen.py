@@ -33,7 +33,6 @@ from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
 from orbitdb.symbols.words import least_rotation
 from orbitdb.text import exact
 
-
 _SECONDS_BETWEEN_LOOKS = 2.0
 
 
@@ -134,10 +133,10 @@ class MainScreen(OwnScreen[None]):
     def compose(self) -> ComposeResult:
         yield TopLine()
         yield self.choices
-        yield Greeting()
         with Horizontal(id="body"):
             yield self.rows
             yield self.side
+        yield Greeting()
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:

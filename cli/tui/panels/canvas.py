@@ -208,7 +208,7 @@ def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> list[Line]:
 
 
 def round_ticks(low: float, high: float, most: int) -> list[float]:
-    """Return the multiples, between two values, of the least of 1, 2, 5, 10, ... that gives at most `most`."""
+    """Return the multiples of a round number between two values, `most` at most."""
     decade = 10.0 ** math.floor(math.log10((high - low) / most))
     steps = (factor * decade for factor in (1, 2, 5, 10, 20))
     spans = ((step, math.ceil(low / step), math.floor(high / step)) for step in steps)

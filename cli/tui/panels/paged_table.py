@@ -64,7 +64,7 @@ class PagedTable(ScrollView, can_focus=True):
 
     @dataclass
     class Deleted(Message):
-        """Says that rows were deleted meanwhile; none are shown any more. The reason is an error's message."""
+        """Says that rows are missing, for a `reason`, an error's message; none are shown any more."""
 
         reason: str
 
@@ -245,7 +245,7 @@ class PagedTable(ScrollView, can_focus=True):
 
 
 def width_of(name: str) -> int:
-    """Return the width of a column, with room for the arrow of the sort order, and for a blank before texts."""
+    """Return the width of a column, with room for the arrow of the order, and for a blank before texts."""
     return max(_WIDTHS.get(name, 0), len(name) + 1) + (not _is_number(name))
 
 
