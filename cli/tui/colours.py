@@ -56,7 +56,7 @@ def readable_variables(variables: Mapping[str, str]) -> dict[str, str]:
     pale = background.blend(cursor, 0.3)
     clear = {
         **{name: readable(Color.parse(variables[name]), grounds) for name in _TEXTS},
-        **{f"ink-{name}": readable(Color.parse(hue), grounds) for name, hue in _INKS.items()},
+        **{f"ink-{name}": readable(Color.parse(hue), [background]) for name, hue in _INKS.items()},
         **dict.fromkeys(
             ("foreground", "text", "footer-foreground", "footer-description-foreground"), foreground
         ),

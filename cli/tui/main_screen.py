@@ -202,11 +202,17 @@ class MainScreen(OwnScreen[None]):
 
     def look_for_deletions(self) -> None:
         """Notice that another process has deleted periods, if the file has changed since the last look."""
+        a = self.choices.selection.a
+
+        def compare(filled: list[int]) -> None:
+            if a == self.choices.selection.a:
+                before, self._filled = self._filled, filled
+                if set(before) - set(filled):
+                    self._read_anew()
+
         if self._stamp != (stamp := self._file.stamp()):
-            self._stamp, before = stamp, self._filled
-            self._filled = self._file.periods(self.choices.selection.a)
-            if set(before) - set(self._filled):
-                self._read_anew()
+            self._stamp = stamp
+            self.in_thread("look", lambda _: self._file.periods(a), compare)
 
     def on_paged_table_deleted(self, message: PagedTable.Deleted) -> None:
         """Read the rows again; if the same file lacks rows again, it is damaged."""

@@ -135,7 +135,7 @@ async def test_the_cursor_and_the_orbit_move_by_keys(path):
         assert (row_of(app)[0], main.rows.note) == ("0132", "code 0132")
         await hurry(pilot, "backspace")
         told = str(main.rows.border_subtitle)
-        assert told == f"code 013 │ row {words.index('013') + 1:,} of {len(words):,}"
+        assert told == f"code 013 │ {words.index('013') + 1:,} of {len(words):,}"
         await hurry(pilot, "2")
         seen = [main.side.orbit.code]
         for key, element in (("T", REVERSE), ("X", MIRROR_X), ("Y", MIRROR_Y)):
