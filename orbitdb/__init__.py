@@ -4,9 +4,10 @@ The catalogue
     `Catalogue` is a database file to fill, query and check; a `Selection` describes a subset of it. Its
     methods return a `Subset` (rows as arrays), a `Listing` (rows one by one), `OrbitClasses` (one row per
     class), a `Result` (a table by period), `Births` (a list of `Life`), `EntropyBounds`, a `Reference`,
-    `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, `Contents`, `Counted`, or `Rows` (a list) of
-    `Fill`, `Sweep`, `BirthFill` or `Scar`. A `Trajectory` has the orbits that it shadows as `Followed`, and
-    each orbit with a given length is a `Candidate`.
+    `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, a `SqlResult`, `Info`, `Contents`, a
+    `Dataset`, `Counted`, `Need` (an estimate), a `Migration`, or `Rows` (a list) of `Fill`, `Sweep`,
+    `BirthFill` or `Scar`. A `Trajectory` has the orbits that it shadows as `Followed`, and `Candidates` are
+    a list of `Candidate`, orbits with a given length.
 Orbits
     `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
     a in which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
@@ -39,10 +40,16 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.catalogue import Catalogue as Catalogue
     from orbitdb.answers.identification import (
         Candidate as Candidate,
+        Candidates as Candidates,
         Followed as Followed,
         Trajectory as Trajectory,
     )
     from orbitdb.answers.completeness import Counted as Counted
+    from orbitdb.answers.dataset import Dataset as Dataset
+    from orbitdb.answers.info import Info as Info
+    from orbitdb.answers.sql_result import SqlResult as SqlResult
+    from orbitdb.filling.estimate import Need as Need
+    from orbitdb.store.file import Migration as Migration
     from orbitdb.answers.listing import Listing as Listing
     from orbitdb.answers.results import Births as Births, Result as Result
     from orbitdb.answers.scars import Scar as Scar
@@ -77,8 +84,13 @@ if find_spec("orbitdb.cli") is None:  # in the source folder, two packages lie b
 _HOMES = {
     "billiard.stadium": ("Stadium",),
     "catalogue": ("Catalogue",),
-    "answers.identification": ("Candidate", "Followed", "Trajectory"),
+    "answers.identification": ("Candidate", "Candidates", "Followed", "Trajectory"),
     "answers.completeness": ("Counted",),
+    "answers.dataset": ("Dataset",),
+    "answers.info": ("Info",),
+    "answers.sql_result": ("SqlResult",),
+    "filling.estimate": ("Need",),
+    "store.file": ("Migration",),
     "answers.listing": ("Listing",),
     "answers.results": ("Births", "Result"),
     "answers.scars": ("Scar",),

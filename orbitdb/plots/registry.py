@@ -130,11 +130,11 @@ FIGURES: list[Figure] = [
     ),
     Figure(
         "spacings", "the level spacings, in units of the mean spacing",
-        "statistics.spacings", takes=LEVELS, passes=("parts",), needs="levels",
+        "statistics.spacings", "statistics.draw_spacings", takes=LEVELS, passes=("parts",), needs="levels",
     ),
     Figure(
         "rigidity", "Delta_3 and the number variance, compared with random matrices",
-        "statistics.rigidity", takes=LEVELS, passes=("parts",), needs="levels",
+        "statistics.rigidity", "statistics.draw_rigidity", takes=LEVELS, passes=("parts",), needs="levels",
     ),
     Figure(
         "wave", "psi^2 of the level nearest to --k, with the orbit of WORD",
@@ -176,8 +176,8 @@ def figure_of(name: str, given: Collection[str] = ()) -> Figure:
     return next((figure for figure in own if not {*figure.when}.isdisjoint(given)), own[0])
 
 
-def chosen_name(kind: str | None, own: Sequence[str], what: str) -> str:
-    """Return the one of the names `own` that is meant, by default the first; `what` has these figures.
+def chosen_name(kind: str | None, own: Sequence[str]) -> str:
+    """Return the one of the figures `own` that is meant, by default the first.
 
     Raises
     ------
@@ -189,7 +189,7 @@ def chosen_name(kind: str | None, own: Sequence[str], what: str) -> str:
     for name in own:
         if isinstance(kind, str) and plain_name(kind) == plain_name(name):
             return name
-    raise InputError(f"kind {kind!r:.40}: {what} has {', '.join(own)}")
+    raise InputError(f"kind {kind!r:.40}: use {', '.join(own)}")
 
 
 def load_function(path: str) -> Callable[..., Any]:
