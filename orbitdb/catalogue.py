@@ -3,15 +3,15 @@
 import math
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
 
 from sqlalchemy import Connection
+from sqlalchemy.exc import ResourceClosedError
 
-from orbitdb.answers.completeness import describe_fills
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import AlteredError, InputError, StoreError, need_whole
 from orbitdb.extras import Rows
@@ -19,8 +19,6 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, nobody, telling
 from orbitdb.store.connection import never
 from orbitdb.store.file import Store
-from orbitdb.store.fills import read_fills, read_sweeps
-from orbitdb.store.lives import read_birth_fills, read_lives
 from orbitdb.store.lookup import (
     WITH_ORBITS,
     a_meant,
@@ -32,8 +30,6 @@ from orbitdb.store.lookup import (
     with_existence,
 )
 from orbitdb.store.paths import default_path, home_expanded
-from orbitdb.store.query import COLUMNS, choose
-from orbitdb.store.results import best_reference, bounds_by_a, tightest_bounds
 from orbitdb.store.selection import (
     Criteria,
     Selection,
@@ -57,7 +53,7 @@ if TYPE_CHECKING:
     from orbitdb.answers.listing import Listing
     from orbitdb.answers.results import Births, Result
     from orbitdb.answers.scars import Scar
-    from orbitdb.answers.sql import Answer
+    from orbitdb.answers.sql_result import SqlResult
     from orbitdb.answers.subset import Subset
     from orbitdb.entropy.bounds import EntropyBounds
     from orbitdb.entropy.proof import Proof
@@ -73,6 +69,7 @@ if TYPE_CHECKING:
     from orbitdb.store.fills import Fill, Sweep
     from orbitdb.store.lives import BirthFill
     from orbitdb.trajectories.ensemble import Reference
+    from orbitdb.trajectories.pruning_front import PruningFront
     from orbitdb.verification.verify import Verification
 
 _Answer = TypeVar("_Answer")
@@ -189,7 +186,7 @@ class Catalogue:
     def _moment(self, cancelled: Callable[[], bool] = never) -> AbstractContextManager[Connection]:
         """Return the moment of this thread's snapshot, or else a new one, which a generator may keep open."""
         opened: Connection | None = getattr(self._of_thread, "moment", None)
-        return self._file.snapshot(cancelled) if opened is None else nullcontext(opened)
+        return self._file.snapshot(cancelled) if opened is None else _joined(opened)
 
     def __enter__(self) -> Self:
         return self
@@ -223,6 +220,9 @@ class Catalogue:
 
     def _contents(self, moment: Connection) -> str:
         """Return one line that says which periods are filled, beginning with the default ``a``."""
+        from orbitdb.answers.completeness import describe_fills
+        from orbitdb.store.fills import read_fills
+
         values = a_values(moment, WITH_ORBITS)
         try:
             own = [meant(values) if self._a is None else self._a]
@@ -244,7 +244,7 @@ class Catalogue:
         with self.snapshot() as moment:
             return read_info(moment, facts)
 
-    def sql(self, statement: str, parameters: Mapping[str, str | int | float] | None = None) -> "Answer":
+    def sql(self, statement: str, parameters: Mapping[str, str | int | float] | None = None) -> "SqlResult":
         """Return the rows of one SELECT statement, over all values of ``a``, read on demand.
 
         The statement can read the views ``catalogue`` (one row per word), ``class`` (one row per class) and
@@ -261,9 +261,9 @@ class Catalogue:
         >>> [*catalogue.sql("SELECT max(p) FROM catalogue WHERE a = :a", {"a": 1.6})]
         [(11,)]
         """
-        from orbitdb.answers.sql import Answer
+        from orbitdb.answers.sql_result import SqlResult
 
-        return Answer(self.snapshot, self._moment, statement, parameters or {})
+        return SqlResult(self.snapshot, self._moment, statement, parameters or {})
 
     def a_values(self, *, orbits: bool = False, with_levels: bool = False) -> list[float]:
         """Return the stored values of ``a`` in order.
@@ -280,11 +280,15 @@ class Catalogue:
 
     def fills(self, *, a: float | None = None) -> "Rows[Fill]":
         """Return the fills at a given ``a``, in order of period."""
+        from orbitdb.store.fills import read_fills
+
         with self.snapshot() as moment:
             return Rows(read_fills(moment, self._at(a)))
 
     def birth_fills(self) -> "Rows[BirthFill]":
         """Return how far births and deaths are stored, period by period."""
+        from orbitdb.store.lives import read_birth_fills
+
         with self.snapshot() as moment:
             return Rows(read_birth_fills(moment))
 
@@ -299,6 +303,7 @@ class Catalogue:
             If no catalogue can have births of the period.
         """
         from orbitdb.answers.results import Births
+        from orbitdb.store.lives import read_lives
 
         period = need_whole("p", p, -math.inf)
         fillable([(period, period)])
@@ -313,21 +318,29 @@ class Catalogue:
         proof : str, optional
             ``doubles`` or ``balls``, for bounds proved in this arithmetic only; by default in either.
         """
+        from orbitdb.store.results import tightest_bounds
+
         with self.snapshot() as moment:
             return tightest_bounds(moment, self._at(a), proof)
 
     def entropy_curve(self, *, proof: str | None = None) -> "Rows[EntropyBounds]":
         """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
+        from orbitdb.store.results import bounds_by_a
+
         with self.snapshot() as moment:
             return Rows(bounds_by_a(moment, proof))
 
     def reference(self, *, a: float | None = None) -> "Reference | None":
         """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
+        from orbitdb.store.results import best_reference
+
         with self.snapshot() as moment:
             return best_reference(moment, self._at(a))
 
     def sweeps(self, *, a: float | None = None) -> "Rows[Sweep]":
         """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
+        from orbitdb.store.fills import read_sweeps
+
         with self.snapshot() as moment:
             return Rows(read_sweeps(moment, self._at(a)))
 
@@ -412,7 +425,7 @@ class Catalogue:
         self,
         selection: "Selection | Sequence[Selection] | None" = None,
         *,
-        columns: Sequence[str] = COLUMNS,
+        columns: Sequence[str] | None = None,
         order: str = "p",
         limit: int | None = None,
         offset: int = 0,
@@ -429,7 +442,7 @@ class Catalogue:
             The subset, or one for each of several a; you can give criteria instead, and several values as
             ``a``.
         columns : sequence of str, optional
-            Names of columns of the view ``catalogue``.
+            Names of columns of the view ``catalogue``, by default all, or ``coordinates``.
         order : str, optional
             Columns to sort by, separated by commas; ``desc`` after a name, or ``-`` before it, reverses the
             order. Ties are broken by period, representative and element, in ascending order.
@@ -446,15 +459,19 @@ class Catalogue:
         013 10.830391
         """
         from orbitdb.answers.listing import Listing
+        from orbitdb.store.query import COLUMNS
 
         first = need_whole("offset", offset, 0)
         most = None if limit is None else need_whole("limit", limit, 0)
         chosen = self._several(selection, criteria)
-        return Listing(self.snapshot, self._moment, chosen, tuple(columns), order, most, first, classes)
+        names = COLUMNS if columns is None else tuple(columns)
+        return Listing(self.snapshot, self._moment, chosen, names, order, most, first, classes)
 
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
         """Return the number of words in a chosen subset, given as in `select`."""
+        from orbitdb.store.query import choose
+
         return len(self._answer(choose, selection, criteria))
 
     @with_criteria
@@ -769,6 +786,7 @@ class Catalogue:
         [1, 8, 32, 48]
         """
         from orbitdb.filling import fill as filling
+        from orbitdb.store.fills import read_fills
 
         at, wanted = self._at(a), () if periods is None else chosen_periods(periods)
         single = [filling.fillable(word) for word in ([words] if isinstance(words, str | int) else words)]
@@ -781,7 +799,7 @@ class Catalogue:
                 filling.fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
         for word in single:
             self.fill_word(word, method=method, a=at)
-        return Rows(fill for fill in self.fills(a=at) if fill.p in wanted)
+        return Rows(fill for fill in self._stored_now(read_fills, at) if fill.p in wanted)
 
     @staticmethod
     def check_word(word: str) -> str:
@@ -811,11 +829,12 @@ class Catalogue:
         The parameters are those of `fill`.
         """
         from orbitdb.filling.fill import find_births
+        from orbitdb.store.lives import read_birth_fills
 
         wanted = chosen_periods(periods)
         with telling(progress, "births") as tell:
             find_births(self.path, wanted, jobs, tell)
-        return Rows(fill for fill in self.birth_fills() if fill.p in wanted)
+        return Rows(fill for fill in self._stored_now(read_birth_fills) if fill.p in wanted)
 
     def sweep(
         self,
@@ -832,11 +851,12 @@ class Catalogue:
         of `fill`.
         """
         from orbitdb.filling.sweeps import sweep
+        from orbitdb.store.fills import read_sweeps
 
         at, wanted = self._at(a), chosen_periods(periods)
         with telling(progress, "sweep") as tell:
             sweep(self.path, at, wanted, jobs, workers, tell)
-        return Rows(sweep for sweep in self.sweeps(a=at) if sweep.p in wanted)
+        return Rows(sweep for sweep in self._stored_now(read_sweeps, at) if sweep.p in wanted)
 
     def simulate(
         self,
@@ -1003,12 +1023,12 @@ class Catalogue:
         from orbitdb.answers.completeness import gaps_of_periods
         from orbitdb.verification.verify import verifiable, verified
 
-        everywhere = selection is None and criteria.get("a") is None
+        everywhere = not isinstance(selection, Selection) and criteria.get("a") is None
         selections = self._several(selection, criteria)
         sample = None if sample is None else need_whole("sample", sample)
         restarts, drawn = need_whole("restarts", restarts, 0), _seed(seed)
         with self.snapshot() as moment:
-            if everywhere:
+            if selection is None and everywhere:
                 selections = tuple(replace(selections[0], a=at) for at in verifiable(moment))
             missing: list[str] = []
             with suppress(AlteredError):  # one of the checks reports it
@@ -1247,6 +1267,28 @@ class Catalogue:
         with telling(progress, "waves") as tell:
             return Rows(scars_of(orbits, low, high, named, order, tell))
 
+    # the symbol plane
+
+    def pruning_front(self, *, a: float | None = None) -> "PruningFront":
+        """Return the pruning front of the stadium: the border of the orbits in the symbol plane.
+
+        It does not depend on what is stored. It is computed in double precision and proves nothing.
+
+        Examples
+        --------
+        >>> front = catalogue.pruning_front()
+        >>> front, front.walls.gamma.shape == front.walls.delta.shape
+        (<pruning front at a = 1.6>, True)
+        """
+        from orbitdb.trajectories.pruning_front import PruningFront
+
+        return PruningFront(self._at(a))
+
+    def _stored_now(self, read: Callable[..., _Answer], *arguments: Any) -> _Answer:
+        """Return what was just stored, which a snapshot of this thread does not show."""
+        with self._file.snapshot() as moment:
+            return read(moment, *arguments)
+
     def _answer(
         self,
         function: Callable[..., _Answer],
@@ -1293,6 +1335,15 @@ class Catalogue:
 
     def _at(self, a: float | None) -> float:
         return self.a if a is None else Stadium(a).a
+
+
+@contextmanager
+def _joined(opened: Connection) -> Iterator[Connection]:
+    """Yield the connection of a snapshot; a generator may be asked for rows after the snapshot."""
+    try:
+        yield opened
+    except ResourceClosedError:
+        raise InputError("the snapshot of these rows has ended: read them within its with block") from None
 
 
 def _seed(seed: "int | np.random.Generator") -> int:

@@ -157,8 +157,6 @@ def _from_lines(text: str) -> list[list[float]]:
 
 def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: Output) -> int:
     """Write the orbits that a trajectory shadows; return the number of rows."""
-    from orbitdb.answers.identification import SHADOWED
-
     with solving(db, a) as (catalogue, (at,)):
         path = catalogue.identify(**asked, a=at)
     if output.table:
@@ -167,8 +165,8 @@ def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: O
         write_facts([(name, code_text(symbols)) for name, symbols in parts if symbols])
         if path.shadowed:
             print()
-    names = SHADOW_COLUMNS if output.for_people else SHADOWED
-    places = [SHADOWED.index(name) for name in names]
+    names = SHADOW_COLUMNS if output.for_people else path.columns
+    places = [path.columns.index(name) for name in names]
     count = output.write(names, ([row[place] for place in places] for row in path.rows()))
     for text in path.notes:
         note(text)

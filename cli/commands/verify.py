@@ -89,7 +89,8 @@ def verify(
         if a is not None and a not in stored:
             note(f"{'; '.join(catalogue.rows(a=a).notes)}; there is nothing to check")
             raise typer.Exit(1)
-    chosen = [replace(subset, a=at) for at in (stored if a is None else [a])]  # a stored one may be invalid
+    each = [replace(subset, a=at) for at in stored]  # a stored value may be invalid
+    chosen = each if a is None else replace(subset, a=a)
     with progress("the catalogue") as shown:
         found = catalogue.verify(
             chosen, sample=sample, restarts=restarts, seed=seed, births=births, rigorous=rigorous, jobs=jobs,
@@ -102,9 +103,9 @@ def verify(
 
 def _verify_dataset(folder: Path, output: Output) -> None:
     """Check the checksums and counts of a dataset (`orbitdb export FOLDER --dataset`)."""
-    from orbitdb.answers.dataset import wrong_files
+    from orbitdb.answers.dataset import Dataset
 
-    files = list(wrong_files(folder))
+    files = Dataset.check(folder)
     wrong = [f"{name} {what}" for name, what in files if what]
     output.write(COLUMNS, [("dataset", len(files), len(wrong), None, None, next(iter(wrong), None))])
     if wrong:

@@ -81,6 +81,11 @@ class Dataset:
     notes: tuple[str, ...] = ()
     absent: tuple[str, ...] = ()
 
+    @staticmethod
+    def check(folder: Path | str) -> list[tuple[str, str | None]]:
+        """Return the files of a dataset, each with what is wrong with it, or None."""
+        return list(wrong_files(Path(folder)))
+
     def __repr__(self) -> str:
         return f"<{self.description or 'no dataset'}, in {self.folder}>"
 

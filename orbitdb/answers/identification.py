@@ -112,8 +112,13 @@ class Trajectory:
         bounces, orbits = several(len(self.sequence), "bounce"), several(self.total, "orbit")
         return f"<{bounces} from number {self.first} on: {orbits} shadowed, {len(self.shadowed)} listed>"
 
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The columns of `rows`."""
+        return tuple(SHADOWED)
+
     def rows(self) -> Iterator[tuple[Any, ...]]:
-        """Yield one row for each shadowed orbit, with the columns `SHADOWED`."""
+        """Yield one row for each shadowed orbit."""
         for stretch in self.shadowed:
             owners = (stretch if hasattr(stretch, name) else stretch.orbit for name in _OF_ORBIT)
             yield *map(getattr, owners, _OF_ORBIT), self.sequence, self.first

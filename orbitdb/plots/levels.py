@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.polynomial import Polynomial
 
-from orbitdb.answers.levels import assess_levels, notes_on_missing_levels, orbits_for, read_orbits
+from orbitdb.answers.levels import orbits_for, read_orbits
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.plots.noted import asked
@@ -31,11 +31,7 @@ def spectrum(
 ) -> Picture:
     """Draw the length spectrum of the orbits downwards and that of the levels, if there are any, upwards."""
     found = catalogue.spectrum(_LENGTHS, points=1000, levels=levels, parity=parity, a=chosen.a)
-    notes = list(found.notes())
-    if levels is not None:
-        notes += asked(
-            catalogue, lambda moment, own: notes_on_missing_levels(moment, own.a, levels, parity), chosen
-        )
+    notes = [*found.notes(), *found.judged]
     title = f"length spectrum at a = {exact(chosen.a)}, {_of(parity)}, k below {found.k_max:.4g}"
     with figure(7.2, 4.8, title, notes) as made:
         draw_spectrum(made.add_subplot(), found)
@@ -76,10 +72,8 @@ def assess(
     A list that cannot begin with the lowest level is taken as a window.
     """
     window = levels is not None and not begins_at_zero(levels, Stadium(chosen.a), parity)
-    assessment, hints = asked(
-        catalogue, lambda moment, own: assess_levels(moment, own.a, levels, parity, window=window), chosen
-    )
-    with figure(7.2, 4.2, assessment.verdict(), hints) as made:
+    assessment = catalogue.assess(levels, parity=parity, window=window, a=chosen.a)
+    with figure(7.2, 4.2, assessment.verdict(), assessment.notes) as made:
         draw_assess(made.add_subplot(), assessment)
     return made
 

@@ -48,6 +48,8 @@ class Figure:
         What the catalogue must hold, unless orbits are enough.
     several_a : bool
         Whether the figure can compare several values of a.
+    status : str
+        Status of the words of a subset, if none is asked for.
     when : tuple of str
         Options that ask for this variant; empty for the figure itself.
     """
@@ -61,6 +63,7 @@ class Figure:
     passes: tuple[str, ...] = ()
     needs: str = ""
     several_a: bool = False
+    status: str = "orbit"
     when: tuple[str, ...] = ()
 
 
@@ -102,6 +105,11 @@ FIGURES: list[Figure] = [
     Figure(
         "lengths", "the number of orbits up to length L, and their density",
         "lengths.lengths", "lengths.draw_lengths", takes=("a", SUBSET), several_a=True,
+    ),
+    Figure(
+        "symbol-plane", "the future and past of each bounce, and the pruning front",
+        "symbol_plane.symbol_plane", "symbol_plane.draw_plane", takes=("a", SUBSET), several_a=True,
+        status="orbit,dynamical",
     ),
     Figure(
         "births", "the share of words that are orbits, against a",

@@ -339,8 +339,8 @@ def remedy(path: Path, message: str) -> str:
         "locked": f"{path} is in use by another process that writes: try again when it has finished",
         "readonly": f"{path} cannot be written: check its permissions, or name another file",
         "unable to open": f"{path} cannot be opened: check its permissions, and those of its folder",
-        "disk is full": f"no space left for {path}: delete other files (deleting from a catalogue needs room, "
-        "too), then run the same command again to continue",
+        "disk is full": f"no space left for {path}: delete other files (deleting from a catalogue needs "
+        "room, too), then run the same command again to continue",
         "malformed": damaged,
         "decode to UTF-8": damaged,
         "no such table": damaged,

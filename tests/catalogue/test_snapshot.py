@@ -47,6 +47,15 @@ def test_another_thread_has_snapshots_of_its_own(catalogue):
         assert (catalogue.a_values(), found) == ([1.6], [1.6, 3.5])
 
 
+def test_what_is_stored_within_a_snapshot_is_returned_but_not_seen(catalogue):
+    with catalogue.snapshot():
+        assert catalogue.a_values() == [1.6]
+        assert [fill.n_c for fill in catalogue.fill("2-3", a=2.5)] == [1, 8]
+        assert [sweep.p for sweep in catalogue.sweep(4, a=2.5)] == [4]
+        assert catalogue.a_values() == [1.6]
+    assert catalogue.count(a=2.5) == 9
+
+
 def test_an_error_ends_a_snapshot(catalogue):
     with pytest.raises(InputError), catalogue.snapshot():
         catalogue.select(p="x")
@@ -60,6 +69,16 @@ def test_rows_that_are_not_read_to_their_end_hold_no_snapshot(catalogue):
     Catalogue(catalogue.path).fill(2, a=3.5)
     assert catalogue.a_values() == [1.6, 3.5]
     assert len([*rows]) == catalogue.count() - 1
+
+
+def test_rows_of_a_snapshot_are_read_within_it(catalogue):
+    catalogue.fill(9)  # more rows than are read at a time
+    with catalogue.snapshot():
+        rows = iter(catalogue.rows(columns=("code",)))
+        next(rows)
+    with pytest.raises(InputError, match="the snapshot of these rows has ended"):
+        [*rows]
+    assert catalogue.count(p=3) == 8
 
 
 def test_a_cancelled_snapshot_ends_the_question(catalogue):

@@ -32,6 +32,7 @@ def test_a_sound_catalogue_passes_every_check(filled):
     assert set(found) == set(PROMISES) - others
     rows = {name: check.rows for name, check in found.items()}
     assert rows["counts"] == SEQUENCES + 7  # and seven fills
+    assert rows["values"] > CLASSES
     tables = ask(
         filled,
         "SELECT name FROM sqlite_schema WHERE type = 'table' AND name != 'alembic_version'"
@@ -81,7 +82,7 @@ def test_the_small_catalogue_is_sound_and_says_so(small, cli):
 
 def as_if_relaxed(path, chosen):
     """Make the rows at both a look as if the relaxation had found them."""
-    nothing = "error = NULL, length_error = NULL, lyapunov_error = NULL"
+    nothing = "error = NULL, length_error = NULL, lyapunov_error = NULL, area_error = NULL"
     relaxed = "replace(parameters, 'newton', 'relaxation')"
     alter(
         path,

@@ -1,4 +1,4 @@
-"""`Answer`: the rows of a statement that a user wrote."""
+"""`SqlResult`: the rows of a statement that a user wrote."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(eq=False, repr=False)
-class Answer:
+class SqlResult:
     """The columns and rows of one SELECT statement, read when they are asked for.
 
     Attributes
