@@ -274,7 +274,7 @@ class CountsScreen(OwnScreen[str | None]):
         if not counts:
             self.notify("there is nothing to draw")
             return
-        draw = partial(save_figure, "draw_counts", (counts, column, title))
+        draw = partial(save_figure, "screen.counts", (counts, column, title))
         ask_for_file(self, f"{column}.png", f"the histogram of {column}", draw)
 
     def action_column(self) -> None:
