@@ -93,7 +93,7 @@ class PagedTable(ScrollView, can_focus=True):
             return self.source.row(place) if place < len(self.source) else None
         except DELETED as error:
             self.show(NONE)
-            self.post_message(self.Deleted(str(error)))
+            self.screen.post_message(self.Deleted(str(error)))  # whoever asked, which could stop it on its way
             return None
 
     @property
