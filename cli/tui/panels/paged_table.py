@@ -93,7 +93,9 @@ class PagedTable(ScrollView, can_focus=True):
             return self.source.row(place) if place < len(self.source) else None
         except DELETED as error:
             self.show(NONE)
-            self.screen.post_message(self.Deleted(str(error)))  # whoever asked, which could stop it on its way
+            self.screen.post_message(
+                self.Deleted(str(error))
+            )  # whoever asked, which could stop it on its way
             return None
 
     @property
