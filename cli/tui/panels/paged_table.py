@@ -94,7 +94,9 @@ class PagedTable(ScrollView, can_focus=True):
             return self.source.row(place) if place < len(self.source) else None
         except AlteredError as error:
             self.show(NONE)
-            self.post_message(self.Deleted(str(error)))
+            self.screen.post_message(
+                self.Deleted(str(error))
+            )  # whoever asked, which could stop it on its way
             return None
 
     @property
