@@ -9,15 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
 
-from sqlalchemy import Connection
-from sqlalchemy.exc import ResourceClosedError
-
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import AlteredError, InputError, StoreError, need_whole
 from orbitdb.extras import Rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, nobody, telling
-from orbitdb.store.connection import never
+from orbitdb.store.connection import ClosedError, Connection, never
 from orbitdb.store.file import Store
 from orbitdb.store.lookup import (
     WITH_ORBITS,
@@ -1342,7 +1339,7 @@ def _joined(opened: Connection) -> Iterator[Connection]:
     """Yield the connection of a snapshot; a generator may be asked for rows after the snapshot."""
     try:
         yield opened
-    except ResourceClosedError:
+    except ClosedError:
         raise InputError("the snapshot of these rows has ended: read them within its with block") from None
 
 

@@ -10,8 +10,6 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import Connection
-
 from orbitdb import __version__
 from orbitdb.answers.completeness import (
     by_length,
@@ -25,7 +23,7 @@ from orbitdb.answers.export import check_target, form_of, write_file
 from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
 from orbitdb.extras import data_frame
-from orbitdb.store.connection import path_of
+from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.fills import read_fills
 from orbitdb.store.query import choose, parse_order
 from orbitdb.store.rows import COLUMNS, Chosen, rows_of
