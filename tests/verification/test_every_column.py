@@ -11,6 +11,8 @@ import pytest
 from processes import run_here
 
 from orbitdb.filling import sweeps
+from orbitdb.store.file import reading
+from orbitdb.store.selection import Selection
 from orbitdb.verification.verify import report, verifiable, verify
 
 pytestmark = pytest.mark.slow
