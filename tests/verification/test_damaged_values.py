@@ -50,8 +50,6 @@ VALUES = {
 FIRST = [
     ("pruned", "word", "another text"),
     ("pruned", "p", "a huge number"),
-    ("cycle", "p", "NULL"),
-    ("orbit", "coordinates", "bytes"),
     ("change", "a", "infinity"),
     ("sweep", "state", "text that is not UTF-8"),
 ]
