@@ -187,7 +187,7 @@ class Verification:
     Examples
     --------
     >>> catalogue.verify(p="2-5")
-    <sound: 10 checks>
+    <sound: 11 checks>
     """
 
     checks: tuple[Check, ...]
