@@ -12,6 +12,7 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.style import Style
 from rich.table import Table
 from rich.text import Text
+from sqlalchemy import Connection
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
@@ -28,7 +29,6 @@ from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.panels.choices import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import EVERY
-from sqlalchemy import Connection
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 
