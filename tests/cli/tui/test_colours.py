@@ -7,6 +7,7 @@ import pytest
 from contrasts import texts_of
 from screens import browsing, press
 from textual.color import Color
+from textual.geometry import Offset
 from textual.theme import BUILTIN_THEMES
 
 from orbitdb.cli.tui.colours import TEXT, contrast, readable, readable_variables
@@ -90,7 +91,7 @@ async def test_pruned_words_are_dimmer_than_orbits(filled_once, names):
             await with_theme(app, pilot, name)
             assert unreadable(app) == [], name
             table, found = app.screen.query_one(PagedTable), {}
-            place = table.content_region.offset + (0, table.cursor + 1 - table.scroll_offset.y)
+            place = table.content_region.offset + Offset(0, table.cursor + 1 - table.scroll_offset.y)
             for cells in texts_of(app):
                 status = re.search("orbit|dynamical", cells.text)
                 if table.region.contains(cells.x, cells.y) and status and cells.y != place.y:
