@@ -258,7 +258,9 @@ def run_statement(
     Raises `SelectionError` if the statement is not a single SELECT, gives two columns the same name, or takes
     too long.
     """
-    patience, driver, asked = Patience(), driver_of(connection), _Asked(parameters)
+    patience, driver, asked, stage = Patience(), driver_of(connection), _Asked(parameters), _stage()
+    with watched(stage, patience, statement, "sql"):
+        _run(stage, statement, asked, patience)  # refuses code() of a text that is not a word
     with watched(driver, patience, statement, "sql"):
         cursor = driver.execute(statement, asked)
         if cursor.description is None:
