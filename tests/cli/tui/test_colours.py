@@ -90,7 +90,8 @@ async def test_pruned_words_are_dimmer_than_orbits(filled_once, names):
         for name in names:
             await with_theme(app, pilot, name)
             assert unreadable(app) == [], name
-            table, found = app.screen.query_one(PagedTable), {}
+            table = app.screen.query_one(PagedTable)
+            found: dict[str, set[float]] = {}
             place = table.content_region.offset + Offset(0, table.cursor + 1 - table.scroll_offset.y)
             for cells in texts_of(app):
                 status = re.search("orbit|dynamical", cells.text)
