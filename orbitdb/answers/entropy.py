@@ -16,7 +16,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import Status
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.results import tightest_bounds
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.text import exact

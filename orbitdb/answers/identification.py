@@ -14,7 +14,7 @@ from orbitdb.extras import Record, Rows, data_frame
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import orbits_of_length
 from orbitdb.store.selection import Selection

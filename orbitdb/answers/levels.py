@@ -24,7 +24,7 @@ from orbitdb.quantum.missing_levels import CUTOFF, FITS, WIDEST, Assessment, ass
 from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
 from orbitdb.quantum.weyl import Parity, check_levels, one_parity, parities_of, weyl
 from orbitdb.store import results
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import WITH_ORBITS, a_values
 from orbitdb.store.selection import Selection

@@ -35,7 +35,7 @@ from orbitdb.columns import Column
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_exponent
 from orbitdb.progress import Tell, nobody
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.results import best_reference
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact, with_error
