@@ -455,7 +455,7 @@ class Catalogue:
         >>> for code, length in catalogue.rows(p="2-11", order="length", limit=2, columns=("code", "length")):
         ...     print(code, round(length, 6))
         13 10.4
-        013 10.830391
+        013 10.850685
         """
         from orbitdb.answers.listing import Listing
         from orbitdb.store.query import COLUMNS
