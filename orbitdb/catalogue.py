@@ -1327,7 +1327,7 @@ class Catalogue:
             named["a"] = None
             one = chosen_by(**named)
             chosen = tuple(replace(one, a=Stadium(a).a) for a in values)
-        elif isinstance(selection, Selection | None):
+        elif not isinstance(selection, Sequence):
             return (self._chosen(selection, criteria),)
         else:
             chosen = tuple(self._chosen(one, criteria) for one in selection)
