@@ -58,7 +58,7 @@ BOUNCE_COLUMNS = tuple(column.name for column in OF_BOUNCES)
 _BLOCK = 4_000
 """Words whose bounces are computed together."""
 
-BounceRow = tuple[int, int, float, float, float, float, float]
+BounceRow = tuple[int, int, float, float, float, float, float, float, float]
 
 
 def bounce_rows(a: float, words: Sequence[str], coordinates: Sequence[Any]) -> list[list[BounceRow]]:
@@ -70,6 +70,7 @@ def bounce_rows(a: float, words: Sequence[str], coordinates: Sequence[Any]) -> l
 
     from orbitdb.billiard.stability import birkhoff
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.symbols.plane import symbol_plane
     from orbitdb.symbols.words import from_strings
 
     stadium = Stadium(a)
@@ -82,7 +83,8 @@ def bounce_rows(a: float, words: Sequence[str], coordinates: Sequence[Any]) -> l
         symbols = from_strings([words[place] for place in places])
         of_words = np.array([coordinates[place] for place in places])
         x, y = np.moveaxis(stadium.points(symbols, of_words), -1, 0)
-        columns = (symbols, of_words, x, y, *birkhoff(stadium, symbols, of_words))
+        plane = np.moveaxis(symbol_plane(symbols), -1, 0)
+        columns = (symbols, of_words, x, y, *birkhoff(stadium, symbols, of_words), *plane)
         numbers = range(1, p + 1)
         for place, *rows in zip(places, *(column.tolist() for column in columns), strict=True):
             bounces[place] = list(zip(numbers, *rows, strict=True))

@@ -184,6 +184,8 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "lengths.svg": Figure("orbitdb plot lengths --p 2-7 -o"),
     "life.svg": Figure("orbitdb plot life 010203113 -o"),
     "births.svg": Figure("orbitdb plot births --db births.db -o", ("orbitdb births --p 9 --db births.db",)),
+    "symbol-plane.svg": Figure("orbitdb plot symbol-plane -o"),
+    "pruning-fronts.svg": Figure("orbitdb plot symbol-plane --a 0.2 --a 0.5 --a 1.6 --a 5 --a 20 -o"),
     "spectrum.svg": Figure("orbitdb plot spectrum -o", (LEVELS,)),
     "staircase.svg": Figure("orbitdb plot staircase -o", (LEVELS,)),
     "assess.svg": assess,

@@ -13,7 +13,8 @@ Orbits
     a in which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
 Trajectories
     `trajectory` follows any trajectory, as `Bounces`; `simulate` averages over random ones, as a
-    `Reference`.
+    `Reference`. A `PruningFront` is the border of the orbits in the plane of `symbol_plane`, with a `Front`
+    each for walls and semicircles.
 Quantum levels
     `levels` computes all levels of a stadium in a range of k, and `waves` the `Wave` of each level.
 Errors
@@ -68,7 +69,9 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.store.contents import Contents as Contents
     from orbitdb.store.fills import Fill as Fill, Sweep as Sweep
     from orbitdb.store.lives import BirthFill as BirthFill, Life as Life
+    from orbitdb.symbols.plane import symbol_plane as symbol_plane
     from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
+    from orbitdb.trajectories.pruning_front import Front as Front, PruningFront as PruningFront
     from orbitdb.trajectories.trajectory import Bounces as Bounces, trajectory as trajectory
     from orbitdb.verification.verify import Verification as Verification
     # isort: on
@@ -107,7 +110,9 @@ _HOMES = {
     "store.contents": ("Contents",),
     "store.fills": ("Fill", "Sweep"),
     "store.lives": ("BirthFill", "Life"),
+    "symbols.plane": ("symbol_plane",),
     "trajectories.ensemble": ("Reference", "simulate"),
+    "trajectories.pruning_front": ("Front", "PruningFront"),
     "trajectories.trajectory": ("Bounces", "trajectory"),
     "verification.verify": ("Verification",),
 }

@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from orbitdb.store.fills import Fill, Sweep
     from orbitdb.store.lives import BirthFill
     from orbitdb.trajectories.ensemble import Reference
+    from orbitdb.trajectories.pruning_front import PruningFront
     from orbitdb.verification.verify import Verification
 
 _Answer = TypeVar("_Answer")
@@ -1064,8 +1065,9 @@ class Catalogue:
         """
         from orbitdb.store.writing import delete
 
-        contents, chosen = self.contents(a, p), chosen_by(a=a, p=p)
-        delete(self.path, chosen.a, chosen.periods)
+        at = Stadium(a).a  # no default: None would otherwise delete what is stored at 1.6
+        contents = self.contents(at, p)
+        delete(self.path, at, chosen_by(p=p).periods)
         return contents
 
     # quantum levels
@@ -1270,6 +1272,23 @@ class Catalogue:
             check_scarring(orbits[0])
         with telling(progress, "waves") as tell:
             return Rows(scars_of(orbits, low, high, named, order, tell))
+
+    # the symbol plane
+
+    def pruning_front(self, *, a: float | None = None) -> "PruningFront":
+        """Return the pruning front of the stadium: the border of the orbits in the symbol plane.
+
+        It does not depend on what is stored. It is computed in double precision and proves nothing.
+
+        Examples
+        --------
+        >>> front = catalogue.pruning_front()
+        >>> front, front.walls.gamma.shape == front.walls.delta.shape
+        (<pruning front at a = 1.6>, True)
+        """
+        from orbitdb.trajectories.pruning_front import PruningFront
+
+        return PruningFront(self._at(a))
 
     def _stored_now(self, read: Callable[..., _Answer], *arguments: Any) -> _Answer:
         """Return what was just stored, which a snapshot of this thread does not show."""

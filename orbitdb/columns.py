@@ -161,6 +161,11 @@ OF_BOUNCES = [
     Column("sine", "number",
            "sine of the angle between the outgoing path and the normal; positive if the path leads "
            "anticlockwise along the boundary", "1"),
+    Column("gamma", "number",
+           "future of the bounce as a number from 0 to 1; bounces whose gamma is close have the same future "
+           "for a while, and those with a given block of symbols next fill an interval", "1"),
+    Column("delta", "number",
+           "past of the bounce as a number from 0 to 1; it is gamma of the reversed path", "1"),
 ]  # fmt: skip
 """Columns of a bounce; their error bounds do not include the rounding of the last digit."""
 

@@ -60,6 +60,13 @@ class AlteredError(StoreError):
         return f"the catalogue was altered: {self.what}; 'orbitdb verify' shows what is wrong"
 
 
+class DeletedError(AlteredError):
+    """Rows that were chosen before have been deleted by another process since then."""
+
+    def __str__(self) -> str:
+        return f"{self.what} were deleted meanwhile: ask again"
+
+
 class WorkError(Exception):
     """Worker processes could not do their work; the message says why and what to do."""
 

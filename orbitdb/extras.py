@@ -50,12 +50,12 @@ def data_frame(values: Any, names: Sequence[str] | None = None) -> "pandas.DataF
     return frame
 
 
-def figure_name(kind: str | None, own: Sequence[str], what: str) -> str:
+def figure_name(kind: str | None, own: Sequence[str]) -> str:
     """Return the one of the figures `own` that is meant, by default the first; raise if it is none of them.
 
     Hyphens, underscores and blanks in a name are the same.
     """
-    name: str = import_module("orbitdb.plots.registry").chosen_name(kind, own, what)
+    name: str = import_module("orbitdb.plots.registry").chosen_name(kind, own)
     return name
 
 
@@ -130,6 +130,6 @@ class Drawn:
         ModuleNotFoundError
             If matplotlib is not installed (extra ``plot``).
         """
-        name = figure_name(kind, self._FIGURES, f"this {type(self).__name__.lower()}")
+        name = figure_name(kind, self._FIGURES)
         what, title = self._drawing(name)
         return drawn(name, what, title, ax)

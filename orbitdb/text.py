@@ -112,7 +112,8 @@ def between(lower: float, name: str, upper: float) -> str:
 
 def outward(value: float, rounding: str, places: int = 8) -> str:
     """Format a proved bound with some decimals, rounded in the given direction."""
-    return f"{Decimal(value).quantize(Decimal(1).scaleb(-places), rounding):f}"
+    own = Context(prec=400)  # whatever precision this program's caller has set
+    return f"{Decimal(value).quantize(Decimal((0, (1,), -places)), rounding, own):f}"
 
 
 def upwards(bound: float, more: float = 0.0) -> str:

@@ -25,12 +25,15 @@ def browse(
 ) -> None:
     """Browse the catalogue in the terminal: look at orbits, choose subsets, compute averages.
 
-    Press ? to see the keys.
+    It opens on the orbits; o and O choose other statuses. Press ? to see the keys.
     """
+    from orbitdb.orbits.status import Status
     from orbitdb.store.where import check
     from orbitdb.symbols.words import parse
 
     chosen = choice.at(USUAL_A if a is None else a)
+    if not chosen.statuses and chosen.where is None:
+        chosen = replace(chosen, statuses=(Status.ORBIT,))
     if code is not None:
         parse(code)
     streams = (sys.stdin, sys.stdout, sys.stderr)  # Textual draws on stderr, except in a browser

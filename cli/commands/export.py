@@ -56,7 +56,7 @@ def export(
     ] = False,
     bounces: Annotated[
         bool,
-        typer.Option("--bounces", help="Write one row per bounce: x, y, arc length and sine of the angle."),
+        typer.Option("--bounces", help="Write one row per bounce: x, y, arc length, sine, gamma, delta."),
     ] = False,
     form: Annotated[
         str | None,

@@ -41,7 +41,7 @@ EXAMPLES = (
 )
 
 _SHOWN = (
-    f"  {figure.name:11} {figure.shows}{f' (needs {figure.needs})' * bool(figure.needs)}"
+    f"  {figure.name:12} {figure.shows}{f' (needs {figure.needs})' * bool(figure.needs)}"
     for figure in FIGURES
     if figure.shows
 )
@@ -106,8 +106,8 @@ def plot(
     """Draw an orbit, or a figure of a chosen subset, and save it to a file.
 
     orbit, reverse and life draw the orbit of one WORD, and sheet can draw several. wave and husimi draw one
-    quantum level. The other figures show a subset of the orbits or levels; lyapunov and lengths can compare
-    several a.
+    quantum level. The other figures show a subset of the orbits or levels; lyapunov, lengths and symbol-plane
+    can compare several a.
     """
     from orbitdb.answers.export import FIGURES as FORMATS
     from orbitdb.answers.export import STDOUT, check_target, complete, form_of
@@ -126,10 +126,11 @@ def plot(
     if given.levels is None and "levels" in figure.takes:
         options.refuse_idle(context, "without --levels", *OF_FILE)
     if many_a(a) and not figure.several_a:
-        several_a = " and ".join(each.name for each in FIGURES if each.several_a and not each.when)
+        *others, last = (each.name for each in FIGURES if each.several_a and not each.when)
+        several_a = f"{', '.join(others)} and {last}"
         raise InputError(f"--a gives several values: plot {kind} draws one a; {several_a} draw several")
     if choice.status is None:
-        choice = replace(choice, status="orbit")
+        choice = replace(choice, status=figure.status)
     style = load("orbitdb.plots.style", "plot", "plot")  # late, because matplotlib is slow to import
 
     codes = list(given_codes(words, code)) if "words" in figure.takes else []

@@ -63,7 +63,7 @@ def query(
     bounces: Annotated[
         bool,
         typer.Option(
-            "--bounces", help="For WORD, show one row per bounce: x, y, arc length, sine of the angle."
+            "--bounces", help="For WORD, show one row per bounce: x, y, arc length, sine, gamma, delta."
         ),
     ] = False,
     output: Output,

@@ -8,8 +8,8 @@ from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from rich.bar import Bar
 from rich.console import Console, ConsoleOptions, RenderResult
+from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 from sqlalchemy import Connection
@@ -17,7 +17,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
-from textual.widgets import Footer, Header, OptionList
+from textual.widgets import Footer, OptionList
 from textual.widgets.option_list import Option
 
 from orbitdb.answers.completeness import partial_periods
@@ -25,14 +25,16 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.dialogs import ListDialog, NameList
+from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.panels.choices import equals
-from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
+from orbitdb.cli.tui.screens import LEAVING, OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import EVERY
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _LEAST_BINS, _MOST_BINS = 8, 40
+_EIGHTHS = ("", *"▏▎▍▌▋▊▉")
 
 DRAWN = tuple(name for name in EVERY if name not in ("code", "representative", "cycle"))
 """The columns that a histogram can show: all except those that name a word or a class."""
@@ -127,40 +129,46 @@ def _without(column: str, count: int) -> list[Count]:
     return [Count("without", count, equals(column, None))] if count else []
 
 
-class CountBar(Bar):
-    """A bar drawn in eighths of a cell, so that even a small count is visible."""
+class CountBar(NamedTuple):
+    """A bar drawn in eighths of a cell; even a small count is visible."""
+
+    share: float
+    style: Style | str
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        least = 1.01 * self.size / (8 * options.max_width) if self.end else 0
-        return Bar(self.size, 0, max(self.end, least)).__rich_console__(console, options)
+        eighths = max(round(8 * options.max_width * self.share), 1 if self.share else 0)
+        yield Text("█" * (eighths // 8) + _EIGHTHS[eighths % 8], self.style)
 
 
-def lines_of(counts: Sequence[Count]) -> Iterator[Table]:
+def lines_of(counts: Sequence[Count], style: Style | str = "") -> Iterator[Table]:
     """Yield one line per count: its label, the number, and a bar; the longest bar fills the width."""
     labels, numbers = (max((len(text) for text in texts), default=0) for texts in (
         [count.label for count in counts], [f"{count.rows:,}" for count in counts]
     ))  # fmt: skip
-    most = max((count.rows for count in counts if count.label != "without"), default=0)
+    most = max((count.rows for count in counts if count.label != "without"), default=0) or 1
     for label, count, _ in counts:
         line = Table.grid(padding=(0, 1, 0, 0), expand=True)
         line.add_column(justify="right", no_wrap=True, width=labels)
         line.add_column(justify="right", no_wrap=True, width=numbers)
         line.add_column(ratio=1)
-        line.add_row(label, f"{count:,}", "" if label == "without" else CountBar(most, 0, count))
+        line.add_row(label, f"{count:,}", "" if label == "without" else CountBar(count / most, style))
         yield line
 
 
 class CountsList(NameList):
     """Counts in groups, each with a title, unless it is empty; enter or a click chooses a count."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("enter", "select", "filter", tooltip="by the line under the cursor")
-    ]
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"counts--bar"}
+    BINDINGS: ClassVar[list[BindingType]] = purpose(
+        "choose rows",
+        Binding("enter", "select", "filter", tooltip="by the line under the cursor", key_display="enter"),
+    )
 
     def show(self, groups: Mapping[str, Sequence[Count]]) -> None:
         self.clear_options()
+        style = self.get_component_rich_style("counts--bar", partial=True)
         for title, counts in groups.items():
-            lines = zip(lines_of(counts), counts, strict=True)
+            lines = zip(lines_of(counts, style), counts, strict=True)
             options = [Option(line, f"{title}:{count.condition}") for line, count in lines]
             options = options or [Option("none", disabled=True)]
             if title:
@@ -175,14 +183,16 @@ class CountsScreen(OwnScreen[str | None]):
     It closes with the SQL condition of the count that was chosen, if any.
     """
 
-    BINDING_GROUP_TITLE = "Counts"
     BINDINGS: ClassVar[list[BindingType]] = [
         *LEAVING,
-        key("d", "dismiss", "back", tooltip="to the orbits"),
-        Binding("s", "column", "column", tooltip="of the histogram"),
-        Binding("right_square_bracket", "next_column(1)", "next column"),
-        key("left_square_bracket", "next_column(-1)", "previous column"),
-        Binding("e", "export", "export", tooltip="the histogram as a figure"),
+        *purpose(
+            "other",
+            key("d", "dismiss", "back", tooltip="to the orbits"),
+            Binding("s", "column", "column", tooltip="of the histogram"),
+            Binding("right_square_bracket", "next_column(1)", "next column"),
+            key("left_square_bracket", "next_column(-1)", "previous column"),
+            Binding("e", "export", "save", tooltip="the histogram as a figure"),
+        ),
     ]
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
@@ -195,7 +205,7 @@ class CountsScreen(OwnScreen[str | None]):
         self._drawn: Sequence[Count] = ()
 
     def compose(self) -> ComposeResult:
-        yield Header()
+        yield TopLine()
         with Horizontal(id="counts"):
             yield CountsList(id="tallies")
             yield CountsList(id="histogram")

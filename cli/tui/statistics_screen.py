@@ -10,7 +10,7 @@ from rich.table import Table
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container
-from textual.widgets import Footer, Header, Static
+from textual.widgets import Footer, Static
 
 from orbitdb.answers.entropy import enclosure, entropy_of_rows, outside
 from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, lyapunov_of_rows
@@ -20,8 +20,9 @@ from orbitdb.averages.by_period import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
+from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.panels.canvas import Curve, Plot
-from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox
+from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox, TopLine
 from orbitdb.errors import InputError
 from orbitdb.store.fills import read_fills
 from orbitdb.store.results import best_reference
@@ -106,13 +107,15 @@ def curves_of(result: Result, reference: Reference | None) -> dict[str, list[Cur
 class StatisticsScreen(OwnScreen[str | None]):
     """Averages over the chosen orbits by period, as a table and as curves."""
 
-    BINDING_GROUP_TITLE = "Statistics"
     BINDINGS: ClassVar[list[BindingType]] = [
         *LEAVING,
-        Binding("w", "weight", "weight", tooltip="exp or det"),
-        Binding("e", "export", "export", tooltip="the curves as a figure"),
-        Binding("m", "more", "more", tooltip="periods, which takes longer"),
-        Binding("t", "trajectories", "trajectories", tooltip="to compare with, more each time"),
+        *purpose(
+            "other",
+            Binding("w", "weight", "weight", tooltip="exp or det"),
+            Binding("e", "export", "save", tooltip="the curves as a figure"),
+            Binding("m", "more", "more", tooltip="periods, which takes longer"),
+            Binding("t", "trajectories", "trajectories", tooltip="to compare with, more each time"),
+        ),
     ]
 
     def __init__(self, catalogue: Catalogue, selection: Selection) -> None:
@@ -125,7 +128,7 @@ class StatisticsScreen(OwnScreen[str | None]):
         self._bounces = FIRST_BOUNCES
 
     def compose(self) -> ComposeResult:
-        yield Header()
+        yield TopLine()
         with ScrollBox(id="statistics"):
             yield Static("reading …", id="numbers")
             yield Static(id="notes", markup=False)
@@ -229,10 +232,15 @@ def _described(one: Reference) -> str:
 
 
 def _as_table(result: Result) -> Table:
-    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="bold")
     names = columns()
+    short = {
+        average.of(exponent): f"λ{exponent.removeprefix('lambda')}\n{average.brief}"
+        for exponent in EXPONENTS
+        for average in AVERAGES
+    }
     for name in names:
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(short.get(name, f"\n{name}"), justify="right", no_wrap=True)
     errors = [result.columns.get(f"{name}_error") for name in names]
     for place, row in enumerate(result.rows(names)):
         cells = zip(names, row, errors, strict=True)

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -42,6 +42,15 @@ class CatalogueFile:
     def find(self, word: str, a: float) -> Orbit:
         """Return the stored orbit of a word at this a, or solve the word if it is not stored."""
         return self.catalogue.orbit(word, a=a)
+
+    def stamp(self) -> tuple[int, ...]:
+        """Return numbers that change whenever somebody writes to the file."""
+        stamps = []
+        for ending in ("", "-wal"):
+            with suppress(OSError):
+                found = Path(f"{self.path}{ending}").stat()
+                stamps += [found.st_mtime_ns, found.st_size, found.st_ino]
+        return tuple(stamps)
 
     def a_values(self) -> list[float]:
         return self.catalogue.a_values()

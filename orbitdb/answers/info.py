@@ -1,5 +1,6 @@
 """`Info`: what a catalogue contains, and the time and disk space that it took."""
 
+import sqlite3
 from dataclasses import dataclass
 from itertools import groupby
 from operator import attrgetter, itemgetter
@@ -10,13 +11,12 @@ from sqlalchemy import Connection
 from orbitdb.entropy.bounds import BALLS
 from orbitdb.extras import data_frame
 from orbitdb.store.connection import path_of
-from orbitdb.store.contents import room
+from orbitdb.store.contents import room, schema_version
 from orbitdb.store.fills import read_fills, read_sweeps
 from orbitdb.store.lives import read_birth_fills
 from orbitdb.store.lookup import a_values
 from orbitdb.store.results import bounds_by_a, level_windows, trajectories
 from orbitdb.store.selection import written_periods
-from orbitdb.store.tables import SCHEMA_VERSION
 from orbitdb.text import exact, gigabytes, several
 
 if TYPE_CHECKING:
@@ -84,7 +84,8 @@ def _facts(moment: Connection) -> list[tuple[str, str]]:
     """Return the path, size and contents of the catalogue as pairs of a name and a text."""
     path = path_of(moment).resolve()
     size = gigabytes(path.stat().st_size if path.exists() else 0)
-    facts = [("catalogue", str(path)), ("schema", str(SCHEMA_VERSION)), ("size", size)]
+    facts = [("catalogue", str(path)), ("schema", str(schema_version(moment))), ("size", size)]
+    facts.append(("SQLite", sqlite3.sqlite_version))
     for name, (count, each) in room(moment).items():
         facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
     if born := [fill.p for fill in read_birth_fills(moment) if fill.whole]:

@@ -119,7 +119,7 @@ class Result:
         kinds = [name for name, column in _DRAWN.items() if {"p", column} <= self.columns.keys()]
         if not kinds or not len(self):
             raise InputError("this result has no averages to draw: entropy() and lyapunov() have")
-        name = figure_name(kind, kinds, "this result")
+        name = figure_name(kind, kinds)
         if name == "entropy":
             return drawn(name, (self,), self.selection.describe(), ax)
         return drawn("lyapunov", (self, _DRAWN[name]), self.selection.describe(), ax)

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from orbitdb.arrays import Floats, Integers, Places, Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.errors import InputError
-from orbitdb.extras import drawn, load
+from orbitdb.extras import drawn, figure_name, load
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
 from orbitdb.store.connection import path_of
@@ -320,28 +320,25 @@ class Subset:
         if self.by_class:
             raise SelectionError("counts and averages need every word: select without classes=True")
 
-    def plot(
-        self, kind: Literal["phase space", "lengths", "sheet"] = "phase space", ax: "Axes | None" = None
-    ) -> "Axes":
+    def plot(self, kind: str | None = None, ax: "Axes | None" = None) -> "Axes":
         """Plot bounces in phase space, the number of orbits up to each length, or a sheet (extra ``plot``).
 
-        A sheet shows each orbit in its own picture. The phase space needs coordinates
+        The kind is ``phase-space``, as by default, ``lengths``, or ``sheet``, which shows each orbit in its
+        own picture. The phase space needs coordinates
         (``select(..., coordinates=True)``). The axes `ax` are by default those of a new figure.
         """
-        if kind not in ("phase space", "lengths", "sheet"):
-            raise InputError(f"kind {kind!r}: draw the 'phase space', the 'lengths' or a 'sheet'")
+        name = figure_name(kind, ("phase-space", "lengths", "sheet"))
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
             raise InputError(f"there is nothing to draw in {self!r}")
         what: tuple[Any, ...] = ([*orbits],)
-        if kind == "lengths":
+        if name == "lengths":
             what = orbits.length, np.ones(len(orbits))
-        elif kind == "phase space":
+        elif name == "phase-space":
             periods = np.unique(orbits.p).tolist()
             parts = [(*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in periods]
             what = Stadium(self.selection.a), parts
-        figure = {"lengths": "staircase", "phase space": "phase_space"}.get(kind, kind)
-        return drawn(f"paths.draw_{figure}", what, self.selection.describe(), ax)
+        return drawn(name, what, self.selection.describe(), ax)
 
     def _repr_html_(self) -> str:
         return html_of_orbits(repr(self).strip("<>"), [*self[:MOST_ROWS]], len(self))

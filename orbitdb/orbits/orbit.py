@@ -15,6 +15,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn
 from orbitdb.orbits.status import Status
+from orbitdb.symbols.plane import symbol_plane
 from orbitdb.symbols.pruning import FAMILY, rules_of
 from orbitdb.symbols.symmetry import (
     ELEMENT_OF,
@@ -230,6 +231,14 @@ class Orbit(Drawn):
     def _one_row(self) -> Floats:
         assert self.coordinates is not None
         return self.coordinates[None, :]
+
+    @property
+    def symbol_plane(self) -> Floats | None:
+        """The points (gamma, delta) of the bounces in the symbol plane, shape (p, 2).
+
+        A dynamically pruned word has them too (`orbitdb.symbols.plane`). None for a word that breaks a rule.
+        """
+        return None if self.class_size is None else symbol_plane(from_strings([self.code]))[0]
 
     @property
     def monodromy(self) -> Floats | None:

@@ -15,7 +15,7 @@ from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_limit_of_lengths
 from orbitdb.orbits.status import Status
 from orbitdb.plots.noted import gaps, nothing
-from orbitdb.plots.style import BLUE, GREY, INKS, ORANGE, Picture, figure
+from orbitdb.plots.style import BLUE, GREY, INKS, ORANGE, Colours, Picture, figure
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact
 
@@ -91,4 +91,4 @@ def _draw_density(ax: Axes, classes: OrbitClasses) -> None:
     drawn = ax.pcolormesh(edges, periods, density, norm=LogNorm(), cmap="viridis")
     ax.set(xlabel="length $L/R$", ylabel="period $p$ (bounces)")
     ax.yaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
-    ax.figure.colorbar(drawn, ax=ax, label="orbits per unit of $L/R$", pad=0.01)
+    Colours(drawn, "orbits per unit of $L/R$").add_bar(ax)

@@ -26,6 +26,8 @@ _WIDTH = 6.4
 _SHORT = 5
 """Symbols per inch of the width that leave room for the numbers after a code."""
 
+_TITLE = 0.25
+"""Height of a line of the title of a sheet, in inches."""
 _MOST = 500
 """Largest number of orbits on a sheet that can still be told apart."""
 
@@ -93,7 +95,9 @@ def sheet_of(orbits: Sequence[Orbit], title: str | None = None) -> Picture:
     a = orbits[0].a
     named = f"{several(len(orbits), 'orbit')} at a = {exact(a)}" if title is None else title
     with figure(*paths.size_of(len(orbits), a), named) as made:
-        paths.draw_sheet(made.add_subplot(), orbits)
+        above = _TITLE * (1 + made.get_suptitle().count("\n")) / made.get_figheight()
+        made.set_layout_engine("none")  # the drawings need all the room, and its size
+        paths.draw_sheet(made.add_axes((0, 0, 1, 1 - above)), orbits)
     return made
 
 

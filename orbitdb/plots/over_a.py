@@ -42,7 +42,7 @@ def over_a(ax: Axes, low: float, high: float) -> None:
     ax.set(xscale="log", xlim=(low, high), xlabel="half length $a/R$")
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     grids = [[digit * 10.0**decade for decade in decades for digit in digits] for digits in _TICKS]
-    grids.append(MaxNLocator(_ENOUGH).tick_values(low, high).tolist())
+    grids.append([*map(float, MaxNLocator(_ENOUGH).tick_values(low, high))])
     inside = [[tick for tick in ticks if low <= tick <= high] for ticks in grids]
     ticks = next((ticks for ticks in inside if len(ticks) >= _ENOUGH), inside[-1])
     ax.xaxis.set_major_locator(FixedLocator(ticks))
@@ -79,7 +79,7 @@ def draw_births(ax: Axes, births: Sequence["Life"]) -> None:
     ends = np.concatenate([np.maximum(a, first), [2 * max(float(a[-1]), first)]])
     number = np.cumsum(words)
     ax.step(ends, np.append(number, number[-1]), where="post", color=BLUE)
-    ax.set(ylabel=f"$N_c({births[0].p}; a)$")
+    ax.set(ylabel=f"$N_c({births[0].p}; a)$", ylim=(0, 1.05 * number.max()))
     over_a(ax, ends[0], ends[-1])
 
 

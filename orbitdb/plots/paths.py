@@ -140,7 +140,10 @@ def draw_titled(draw: Callable[..., object], what: Sequence[Any], title: str, ax
         if room < _SMALL:
             shown.set_fontsize(SMALL)
         if len(axes.get_legend_handles_labels()[0]) > 1:
-            axes.legend(fontsize="small")
+            below: dict[str, Any] = (
+                {"loc": "upper center", "bbox_to_anchor": (0.5, -0.16), "ncols": 2} if ax is None else {}
+            )
+            axes.legend(fontsize="small", **below)  # below new axes, where it covers no points
     return axes
 
 

@@ -48,6 +48,8 @@ class Figure:
         What the catalogue must hold, unless orbits are enough.
     several_a : bool
         Whether the figure can compare several values of a.
+    status : str
+        Status of the words of a subset, if none is asked for.
     when : tuple of str
         Options that ask for this variant; empty for the figure itself.
     """
@@ -61,6 +63,7 @@ class Figure:
     passes: tuple[str, ...] = ()
     needs: str = ""
     several_a: bool = False
+    status: str = "orbit"
     when: tuple[str, ...] = ()
 
 
@@ -104,6 +107,11 @@ FIGURES: list[Figure] = [
         "lengths.lengths", "lengths.draw_lengths", takes=("a", SUBSET), several_a=True,
     ),
     Figure(
+        "symbol-plane", "the future and past of each bounce, and the pruning front",
+        "symbol_plane.symbol_plane", "symbol_plane.draw_plane", takes=("a", SUBSET), several_a=True,
+        status="orbit,dynamical",
+    ),
+    Figure(
         "births", "the share of words that are orbits, against a",
         "over_a.births", "over_a.draw_births", takes=("p",), needs="births",
     ),
@@ -122,11 +130,11 @@ FIGURES: list[Figure] = [
     ),
     Figure(
         "spacings", "the level spacings, in units of the mean spacing",
-        "statistics.spacings", takes=LEVELS, passes=("parts",), needs="levels",
+        "statistics.spacings", "statistics.draw_spacings", takes=LEVELS, passes=("parts",), needs="levels",
     ),
     Figure(
         "rigidity", "Delta_3 and the number variance, compared with random matrices",
-        "statistics.rigidity", takes=LEVELS, passes=("parts",), needs="levels",
+        "statistics.rigidity", "statistics.draw_rigidity", takes=LEVELS, passes=("parts",), needs="levels",
     ),
     Figure(
         "wave", "psi^2 of the level nearest to --k, with the orbit of WORD",
@@ -168,8 +176,8 @@ def figure_of(name: str, given: Collection[str] = ()) -> Figure:
     return next((figure for figure in own if not {*figure.when}.isdisjoint(given)), own[0])
 
 
-def chosen_name(kind: str | None, own: Sequence[str], what: str) -> str:
-    """Return the one of the names `own` that is meant, by default the first; `what` has these figures.
+def chosen_name(kind: str | None, own: Sequence[str]) -> str:
+    """Return the one of the figures `own` that is meant, by default the first.
 
     Raises
     ------
@@ -181,7 +189,7 @@ def chosen_name(kind: str | None, own: Sequence[str], what: str) -> str:
     for name in own:
         if isinstance(kind, str) and plain_name(kind) == plain_name(name):
             return name
-    raise InputError(f"kind {kind!r:.40}: {what} has {', '.join(own)}")
+    raise InputError(f"kind {kind!r:.40}: use {', '.join(own)}")
 
 
 def load_function(path: str) -> Callable[..., Any]:

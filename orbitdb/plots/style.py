@@ -92,8 +92,9 @@ class Colours(NamedTuple):
     name: str
 
     def add_bar(self, ax: Axes, extend: str = "neither") -> None:
-        """Add a bar beside the axes that explains the colours."""
-        ax.figure.colorbar(self.drawn, ax=ax, label=self.name, pad=0.01, extend=extend)
+        """Add a bar beside the axes, of the same height, that explains the colours."""
+        bar = ax.inset_axes((1.02, 0, 0.025, 1))
+        ax.figure.colorbar(self.drawn, cax=bar, label=self.name, extend=extend)
 
 
 class Picture(Figure):

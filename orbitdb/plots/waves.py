@@ -38,18 +38,18 @@ def _of_wave(draw: Callable[..., Colours], height: float, wave: "Wave", orbit: "
     return made
 
 
-_PIXELS = 200
-"""Number of pixels in half the height of the stadium."""
+_PIXELS, _LEAST, _MOST = 5, 80, 200
+"""Pixels in half the height of the stadium: their number in units of k, and its limits."""
 _ROOM = 0.03
 """Room around the stadium, in units of the radius, for the thickness of its walls."""
-_PLACES, _SINES = 600, 241
+_PLACES, _SINES = 300, 121
 
 
 def draw_wave(ax: Axes, wave: "Wave", orbit: "Orbit | None" = None) -> Colours:
     """Draw psi^2 in the stadium, in units of its mean; if an orbit is given, draw it on top."""
-    a = wave.stadium.a
-    y = (np.arange(_PIXELS) + 0.5) / _PIXELS
-    x = (np.arange(round(_PIXELS * (1 + a))) + 0.5) / _PIXELS
+    a, pixels = wave.stadium.a, min(max(round(_PIXELS * wave.k), _LEAST), _MOST)
+    y = (np.arange(pixels) + 0.5) / pixels
+    x = (np.arange(round(pixels * (1 + a))) + 0.5) / pixels
     quarter = wave.stadium.area * wave.psi(*np.meshgrid(x, y)) ** 2
     half = np.concatenate([quarter[:, ::-1], quarter], axis=1)
     whole = np.concatenate([half[::-1], half])

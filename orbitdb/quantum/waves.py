@@ -161,7 +161,7 @@ class Wave:
             Orbit to draw on top: its path, or its bounces.
         """
         title = f"k = {self.k:.6g}, {self.parity}, a = {exact(self.stadium.a)}"
-        return drawn(figure_name(kind, ("wave", "husimi"), "this wave"), (self, orbit), title, ax)
+        return drawn(figure_name(kind, ("wave", "husimi")), (self, orbit), title, ax)
 
 
 def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | str) -> Iterator[Wave]:

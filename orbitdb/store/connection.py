@@ -11,7 +11,7 @@ import os
 import sqlite3
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -59,6 +59,8 @@ class Driver(sqlite3.Connection):
         The path of the file.
     refusal : str
         Why the function ``code()`` last failed; SQLite does not pass this on.
+    alone : bool
+        Whether it reads the file without locks and journal (`read_alone`).
     used : bool
         Whether it has answered a question.
     cancelled : callable
@@ -67,6 +69,7 @@ class Driver(sqlite3.Connection):
 
     path: Path
     refusal = ""
+    alone = False
     used = False
     cancelled: Callable[[], bool] = staticmethod(never)
 
@@ -120,10 +123,24 @@ def open_sqlite(uri: str) -> Driver:
 
 
 def open_to_read(path: Path) -> Driver:
-    """Open a catalogue for reading, even in a read-only folder or while others write."""
-    mode = "&immutable=1" if read_alone(path) else ""
+    """Open a catalogue for reading, even in a read-only folder, on a full disk, or while others write."""
+    alone = read_alone(path)
+    try:
+        return _reader(path, alone)
+    except sqlite3.OperationalError as error:
+        if alone or error.sqlite_errorcode & 0xFF not in _NO_ROOM or _journal_size(path):
+            raise
+    return _reader(path, True)  # there is no room for the index of the journal
+
+
+_NO_ROOM = (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_CANTOPEN)
+
+
+def _reader(path: Path, alone: bool) -> Driver:
+    mode = "&immutable=1" if alone else ""
     driver = _open_own(path, uri_of(path, "rw") + mode)  # the last to close the file removes the journal
     try:
+        driver.alone = alone
         driver.execute("PRAGMA temp_store = MEMORY")
         views = {text for (text,) in driver.execute("SELECT sql FROM sqlite_master WHERE type = 'view'")}
         for text in set(view_texts().values()) - views:  # those of another version are for other programs
@@ -234,10 +251,9 @@ def checkpoint(engine: sa.Engine, other: Driver, limit: int = 0) -> None:
     Before version 3.51.3, SQLite can lose what one connection commits while another one moves the journal
     (https://sqlite.org/wal.html, section 11). So the engine holds the write lock while `other` moves it.
     """
-    with suppress(OSError):
-        if journal_files(other.path)[0].stat().st_size > limit:
-            with engine.begin():
-                other.execute("PRAGMA wal_checkpoint(PASSIVE)")
+    if _journal_size(other.path) > limit:
+        with engine.begin():
+            other.execute("PRAGMA wal_checkpoint(PASSIVE)")
 
 
 # what others may do to the file meanwhile
@@ -245,13 +261,17 @@ def checkpoint(engine: sa.Engine, other: Driver, limit: int = 0) -> None:
 
 def refuse_foreign_journal(path: Path) -> None:
     """Raise `StoreError` if the journal next to a file belongs to another file."""
-    journal, index = journal_files(path)
-    with suppress(OSError):
-        if journal.stat().st_size and not _continues(path):
-            raise StoreError(
-                f"{journal.name} is not the journal of {path}, but of a file that had this name before: move "
-                f"{journal.name} and {index.name} away, and leave {path.name} where it is"
-            )
+    if _journal_size(path) and not _continues(path):
+        journal, index = (part.name for part in journal_files(path))
+        raise StoreError(
+            f"{journal} is not the journal of {path}, but of a file that had this name before: move "
+            f"{journal} and {index} away, and leave {path.name} where it is"
+        )
+
+
+def _journal_size(path: Path) -> int:
+    journal = file_id(journal_files(path)[0])
+    return journal.size if journal else 0
 
 
 def _continues(path: Path) -> bool:
@@ -284,17 +304,6 @@ def read_alone(path: Path) -> bool:
     """
     writable = all(os.access(part, os.W_OK) for part in (path, path.parent))
     return not writable and not journal_files(path)[0].exists()
-
-
-@contextmanager
-def unchanged(path: Path) -> Iterator[None]:
-    """Raise `StoreError` if a file that is read without locks changes during the block."""
-    before = file_id(path) if read_alone(path) else None
-    try:
-        yield
-    finally:
-        if before and before != file_id(path):
-            raise StoreError(f"{path} was written while it was being read: try again")
 
 
 # errors
@@ -330,7 +339,8 @@ def remedy(path: Path, message: str) -> str:
         "locked": f"{path} is in use by another process that writes: try again when it has finished",
         "readonly": f"{path} cannot be written: check its permissions, or name another file",
         "unable to open": f"{path} cannot be opened: check its permissions, and those of its folder",
-        "disk is full": f"no space left for {path}: free some, then run the same command again to continue",
+        "disk is full": f"no space left for {path}: delete other files (deleting from a catalogue needs "
+        "room, too), then run the same command again to continue",
         "malformed": damaged,
         "decode to UTF-8": damaged,
         "no such table": damaged,

@@ -90,6 +90,11 @@ def room(connection: Connection) -> dict[str, tuple[int, float | None]]:
     return rows
 
 
+def schema_version(connection: Connection) -> int:
+    """Return the schema version of the file."""
+    return int(connection.exec_driver_sql("PRAGMA user_version").scalar_one())
+
+
 def class_rows(
     connection: Connection, names: Sequence[str], periods: Collection[int]
 ) -> list[tuple[Any, ...]]:

@@ -25,7 +25,6 @@ from orbitdb.store.connection import (
     plain_errors,
     read_alone,
     refuse_foreign_journal,
-    unchanged,
     uri_of,
 )
 from orbitdb.store.paths import (
@@ -122,7 +121,8 @@ def _marks(path: Path) -> tuple[int, int, bool]:
     Only SQLite may open the file. A process that closes a file loses all its locks on it (POSIX), including
     those of SQLite's connections, and other processes could then remove the journal while it is in use.
     """
-    if not journal_files(path)[0].exists():
+    journal = file_id(journal_files(path)[0])
+    if journal is None or not journal.size:
         with suppress(sqlite3.Error):  # damaged, or being written at this moment
             return _read_marks(uri_of(path) + "&immutable=1")
     refuse_foreign_journal(path)
@@ -194,9 +194,15 @@ class Store:
 
         Long queries call `cancelled` now and then, and raise `CancelledError` if it returns True.
         """
-        with unchanged(self.path), plain_errors(self.path), self.engine.begin() as connection:
-            driver_of(connection).cancelled = cancelled
-            yield connection
+        with plain_errors(self.path), self.engine.begin() as connection:
+            driver = driver_of(connection)
+            driver.cancelled = cancelled
+            before = file_id(self.path)
+            try:
+                yield connection
+            finally:
+                if driver.alone and before != file_id(self.path):
+                    raise StoreError(f"{self.path} was written while it was being read: try again")
 
 
 class _OpenFile:
@@ -292,9 +298,11 @@ def migrate(path: Path) -> Migration:
     before = check_file(path) or 0
     if before == t.SCHEMA_VERSION:
         return Migration(before, before)
-    folder = path.parent
+    folder, own = path.parent, None
+    with suppress(StoreError):  # no home folder
+        own = data_folder()
     try:
-        if folder == data_folder():
+        if folder == own:
             folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise StoreError(

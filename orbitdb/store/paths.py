@@ -22,7 +22,19 @@ def home_expanded(path: Path | str) -> Path:
         raise InputError("the path is empty: name a file")
     if "\0" in str(path):
         raise InputError(f"{str(path)!r} cannot be a path: name a file without null characters")
-    return Path(os.path.expanduser(path))
+    expanded = Path(os.path.expanduser(path))
+    if expanded.name == ":memory:" or expanded.name.endswith(_OF_JOURNALS):
+        raise InputError(f"{expanded.name} has a meaning for SQLite: name another file")
+    if (size := len(os.fsencode(expanded.name))) > _LONGEST_NAME:
+        raise InputError(f"the file name has {size} bytes: give one of at most {_LONGEST_NAME}")
+    return expanded
+
+
+_OF_JOURNALS = ("-wal", "-shm", "-journal")
+"""What SQLite adds to the name of a file for its journals."""
+
+_LONGEST_NAME = 255 - max(map(len, _OF_JOURNALS))
+"""Maximum length of a file name in bytes, so that systems allow those of the journals, too."""
 
 
 def absolute_path(path: Path | str | None) -> Path:

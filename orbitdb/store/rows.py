@@ -18,7 +18,7 @@ from sqlalchemy import ColumnElement, Connection, FromClause, func, null, select
 
 from orbitdb.arrays import Floats, Integers, Masks, Places, Values
 from orbitdb.columns import kind_of
-from orbitdb.errors import AlteredError
+from orbitdb.errors import AlteredError, DeletedError
 from orbitdb.store import views
 from orbitdb.store.connection import driver_of
 from orbitdb.store.selection import Selection, unknown_column
@@ -229,6 +229,10 @@ ROWS, _LONG_ROWS = 1 << 13, 16
 """Numbers of rows per block; the second is for words too long for a key, of up to a million symbols."""
 
 
+class _MissingError(LookupError):
+    """Some of the wanted rows are not stored."""
+
+
 def blocks_of(
     connection: Connection, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
 ) -> Iterator[list[Values]]:
@@ -255,6 +259,8 @@ def blocks_of(
                 shared = _classes(connection, chosen.selection.a, ids, names)
                 block = _Block(shared, inverse, words.places[part])
                 columns = [block.column(name) for name in names]
+            except _MissingError as error:
+                raise DeletedError(f"some of the classes with ids from {ids[0]} to {ids[-1]}") from error
             except (LookupError, TypeError, ValueError) as error:
                 raise AlteredError(f"a row of the classes with ids from {ids[0]} to {ids[-1]}") from error
             yield columns
@@ -301,7 +307,7 @@ def _classes(connection: Connection, a: float, ids: Integers, wanted: Sequence[s
             rows += sorted(cursor.fetchall(), key=itemgetter(0))
     numbers, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     if list(numbers) != ids.tolist():
-        raise LookupError("rows are missing")
+        raise _MissingError
     return dict(zip(names, columns, strict=True))
 
 

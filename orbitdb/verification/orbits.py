@@ -36,6 +36,7 @@ from orbitdb.text import exact
 from orbitdb.verification.checks import (
     Check,
     Checked,
+    Scope,
     blocks,
     judged,
     measured,
@@ -332,17 +333,18 @@ def certify(path: Path, selection: Selection, sample: int | None = None, seed: i
     place, stadium = f"at a = {exact(selection.a)}", Stadium(selection.a)
     source = Store(path)
     with source.snapshot() as moment:
-        number = stadium_id(moment, selection.a)
+        scope = Scope(moment, sample=sample)
+        number = stadium_id(scope, selection.a)
         if number is None:
             return
-        chosen = sampled_classes(moment, selection, sample, np.random.default_rng(seed))
-        cycles = moment.exec_driver_sql("SELECT cycle FROM certificate WHERE stadium = ?", (number,))
-        certified = np.array(cycles.fetchall(), np.int64)
+        chosen = sampled_classes(scope, selection, np.random.default_rng(seed))
+        cycles = scope.query("SELECT cycle FROM certificate WHERE stadium = ?", (number,))
+        certified = np.array(cycles, np.int64)
     todo = {p: np.setdiff1d(ids, certified) for p, ids in chosen.items()}
     with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
         for block in blocks(todo, _BATCH):
             with source.snapshot() as moment:
-                ids, stored = stored_orbits(moment, number, block)
+                ids, stored = stored_orbits(Scope(moment), number, block)
             check, proved, radii, precisions = prove(with_bounds(stored, stadium), stadium)
             rows = zip(ids.tolist(), proved, radii, precisions, strict=True)
             entries = [(of_class, radius, bits) for of_class, is_proved, radius, bits in rows if is_proved]

@@ -128,7 +128,7 @@ def cut(path: Path, work: Work, way: str, moment: int) -> None:
 WAYS = st.sampled_from(["closed", "raised", "killed"])
 
 
-@pytest.mark.parametrize("name", slow_but(["fill", "births", "sweep of some"], WORKS))
+@pytest.mark.parametrize("name", slow_but(["fill", "births", "sweep"], WORKS))
 @given(cuts=st.lists(st.tuples(WAYS, st.integers(0, 100)), min_size=1, max_size=4))
 @settings(max_examples=settings().max_examples // 6)
 def test_work_stopped_at_any_moment_resumes(

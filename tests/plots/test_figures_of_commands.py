@@ -77,12 +77,14 @@ def test_the_figure_of_entropy_shows_whole_periods_and_proved_bounds(known):
     proved, _ = answer(known.path, enclosure, 1.6)
     assert (band.get_y(), band.get_height()) == pytest.approx((proved.lower, proved.upper - proved.lower))
     assert made.get_suptitle() == "words of period 2 to 5 at a = 1.6"
-    by_period(ax, "topological entropy (per bounce)")
+    by_period(ax, "topological entropy\n(per bounce)")
     inside = [*k_0[1:], *found.h_zeta[2:], proved.lower, proved.upper]
     room = 0.12 * (max(inside) - min(inside))
     assert ax.get_ylim() == pytest.approx((min(inside) - room, max(inside) + room))
     assert ax.get_xlim() == (1.3, 5.5)
-    assert texts(ax) == {f"↓ {k_0[0]:.4f}": pytest.approx((2, min(inside) - room))}  # what is below the axis
+    caret = ax.lines[-1]  # what is below the axis
+    assert caret.get_xydata().tolist() == [[2, pytest.approx(min(inside) - room)]]
+    assert k_0[0] < ax.get_ylim()[0]
     assert "$h(p)$" in [text.get_text()[:6] for text in made.legends[0].get_texts()]
     assert made.notes == ("h_zeta lies outside the proved bounds at periods 2-5",)
     upper = draw("entropy", known, Selection(1.6, periods=((3, 5),)), 0)
@@ -116,14 +118,37 @@ def test_the_figure_of_exponents_shows_every_method(known):
     assert made.get_suptitle() == "words of period 2 to 6 at a = 1.6"
     assert made.axes[0].get_xlabel() == ""
     assert made.notes == ()
+    assert_later_periods_fill(made.axes)
     bare = draw("lyapunov", known, Selection(1.0, periods=((3, 4),)), 0)
-    assert [str(each.get_label())[:4] for each in bare.axes[1].get_lines()] == [
+    curves = [each for each in bare.axes[1].get_lines() if not str(each.get_label()).startswith("_")]
+    assert [str(each.get_label())[:4] for each in curves] == [
         "aver",
         "mean",
         "zeta",
         "sum ",
     ]
     assert any("'orbitdb simulate --a 1'" in line for line in bare.notes)
+
+
+def assert_later_periods_fill(axes: Any) -> None:
+    """Check that the later half of the periods fills the axes, and that carets mark earlier points beyond."""
+    for ax in axes:
+        low, high = ax.get_ylim()
+        curves = [each for each in ax.lines if not str(each.get_label()).startswith("_")]
+        values = [np.asarray(each.get_ydata(), float) for each in curves]
+        later = np.concatenate([each[len(each) // 2 :] for each in values])
+        later = later[np.isfinite(later)]
+        assert (later.min() - low, high - later.max()) == pytest.approx([0.12 * np.ptp(later)] * 2)
+        carets = [each for each in ax.lines if str(each.get_label()).startswith("_")]
+        marked = sorted(point for each in carets for point in each.get_xydata().tolist())
+        beyond = [
+            (p, value)
+            for each, of in zip(curves, values, strict=True)
+            for p, value in zip(each.get_xdata(), of, strict=True)
+            if value > high or value < low
+        ]
+        assert [p for p, _ in marked] == sorted(p for p, _ in beyond)
+        assert {edge for _, edge in marked} <= {low, high}
 
 
 def test_a_sheet_leaves_out_words_that_are_not_orbits(known):
@@ -173,7 +198,8 @@ def test_a_sheet_shows_every_class_up_to_its_limit(known, limit, told):
 def test_the_figure_of_phase_space_shows_every_bounce(known):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,))
     made = draw("phase-space", known, chosen, 0)
-    ax, bar = made.axes
+    (ax,) = made.axes
+    (bar,) = ax.child_axes
     subset = known.select(chosen, coordinates=True)
     orbits = [solve_word(word, 1.6) for word in subset.codes.tolist()]
     places = [birkhoff(Stadium(1.6), from_strings([o.code]), there(o.coordinates)[None]) for o in orbits]
@@ -198,7 +224,8 @@ def test_the_figure_of_lengths_claims_no_more_than_is_proved(known):
 
 def test_the_figure_of_lengths_shows_every_orbit_and_where_it_is_complete(known):
     made = draw("lengths", known, Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,)), 0)
-    above, below, bar = made.axes
+    above, below = made.axes
+    (bar,) = below.child_axes
     steps, end = above.get_lines()
     lengths = sorted(
         there(solve_word(w, 1.6).length) for w in known.select(a=1.6, p="2-4", status="orbit").codes
@@ -256,7 +283,7 @@ def test_the_figures_of_levels_show_levels_and_orbits(known, tmp_path):
     np.testing.assert_allclose(named(ax, "bouncing balls")[1], family_count(stadium, at, 12.0))
     assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, all parities, k below 9"
     assert legend(ax) == ["levels", "orbits, $X = 10$", "bouncing balls alone"]
-    says(ax, "$kR$", "levels below $k$, minus Weyl's law")
+    says(ax, "$kR$", "levels below $k$\nminus Weyl's law")
     spectrum: Any = levels.spectrum(catalogue, chosen)
     found = catalogue.spectrum(points=1000)
     for label, values in (("levels", np.abs(there(found.quantum))), ("orbits", -np.abs(found.orbits))):

@@ -1,6 +1,7 @@
 """Figures over a: births, lives and entropy, as commands draw them."""
 
 import math
+import re
 import shutil
 from bisect import bisect_right
 from collections import Counter
@@ -134,16 +135,17 @@ def test_the_figure_of_entropy_over_a_shows_bounds_and_births(known):
         for (x, low), (_, high) in bars.get_segments()
     ]
     assert drawn == [pytest.approx((each.a, each.lower, each.upper)) for each in curve]
-    told = [
-        "$h(6; a)$, from births (not proved)",
-        "upper bound at every $a$",
-        *(f"proved at $a = {each.a:g}$: {each.between.replace('h', '$h$')}" for each in curve),
-    ]
+    named_bounds = [each for each in legend(ax) if each.startswith("proved")]
+    for text, each in zip(named_bounds, curve, strict=True):
+        a, lower, upper = map(float, re.findall(r"[\d.]+", text))
+        assert (a, lower, upper) == pytest.approx((each.a, each.lower, each.upper), abs=1e-5)
+        assert lower <= each.lower < each.upper <= upper  # still a bound
+    told = ["$h(6; a)$, from births (not proved)", "upper bound at every $a$", *named_bounds]
     assert (
         sorted(legend(ax)) == sorted(text.get_text() for text in made.legends[0].get_texts()) == sorted(told)
     )
     assert ax.get_xscale() == "log"
-    says(ax, "half length $a/R$", "topological entropy (per bounce)")
+    says(ax, "half length $a/R$", "topological entropy\n(per bounce)")
     a, h = named(ax, "$h(6; a)$")
     assert (a[0], a[-1]) == pytest.approx(ax.get_xlim())
     assert a[0] < 1.6 < 3.0 < a[-1]

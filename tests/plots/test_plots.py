@@ -120,7 +120,7 @@ def test_orbits_and_subsets_can_be_drawn_into_axes(varied):
     with pytest.raises(ValueError, match="coordinates=True"):
         Catalogue(varied).select(p=3).plot()
     kind: Any = "circle"
-    with pytest.raises(ValueError, match="'circle': a subset has phase-space, lengths, sheet"):
+    with pytest.raises(ValueError, match="'circle': use phase-space, lengths, sheet"):
         subset.plot(kind)
     with pytest.raises(ValueError, match="nothing to draw"):
         Catalogue(varied).select(p=3, status="geometric").plot("lengths")

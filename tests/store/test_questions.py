@@ -22,6 +22,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.main import execute
 from orbitdb.cli.tui.counts_screen import histogram, tally
 from orbitdb.store import where as limits
+from orbitdb.store.connection import driver_of
 from orbitdb.store.file import reading
 from orbitdb.store.query import COLUMNS, choose
 from orbitdb.store.selection import chosen_by
@@ -226,7 +227,7 @@ def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, 
     with reading(filled_once) as moment:
         selection, looks = chosen_by(**criteria), itertools.count()
         size = len(choose(moment, selection))  # makes SQLite read the schema
-        moment.cancelled = lambda: next(looks) < 0
+        driver_of(moment).cancelled = lambda: next(looks) < 0
         whole = choose(moment, selection, order)
         asked = next(looks)
         assert asked > 0
@@ -235,7 +236,7 @@ def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, 
         for n in range(asked):
             looks_until = itertools.chain(itertools.repeat(False, n), itertools.repeat(True))
             try:
-                moment.cancelled = looks_until.__next__
+                driver_of(moment).cancelled = looks_until.__next__
                 found = choose(moment, selection, order)
             except CancelledError:
                 ended += 1

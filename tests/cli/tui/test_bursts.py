@@ -43,7 +43,7 @@ def browse(filled_once, tmp_path, monkeypatch):
         child = spawn("browse", "--db", path, *arguments, columns=120, rows=40, **variables)
         child.logfile_read = io.StringIO()
         sessions.append(child)
-        child.expect("row 1 of [0-9,]+|is not stored")
+        child.expect("1 of [0-9,]+ |is not stored")
         quiet(child)
         return child
 
@@ -110,7 +110,7 @@ run()
 def test_a_failure_restores_the_terminal_and_shows_the_traceback(filled_once):
     command = [sys.executable, "-P", "-c", _FAILING]
     child = spawn("browse", "--db", filled_once, command=command, columns=200)
-    child.expect("row 1 of [0-9,]+|is not stored")
+    child.expect("1 of [0-9,]+ |is not stored")
     shown = child.before
     child.send("R")
     child.expect(pexpect.EOF)
@@ -123,7 +123,8 @@ def test_a_failure_restores_the_terminal_and_shows_the_traceback(filled_once):
 _READING = """
 import time
 from orbitdb.cli.tui.panels.rows_panel import RowsPanel
-RowsPanel.action_reverse_order = lambda self: self.app.in_thread("long", lambda cancelled: time.sleep(600), print)
+read = lambda cancelled: time.sleep(600)
+RowsPanel.action_reverse_order = lambda self: self.app.in_thread("long", read, print)
 from orbitdb.cli.main import run
 run()
 """

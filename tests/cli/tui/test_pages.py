@@ -12,8 +12,8 @@ from textual.app import App, ComposeResult
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
+from orbitdb.cli.tui.panels.jumps import place_of
 from orbitdb.cli.tui.panels.paged_table import PagedTable, width_of
-from orbitdb.cli.tui.panels.position import place_of
 from orbitdb.cli.tui.stored import EVERY, USUAL, Ordering, Pages
 from orbitdb.errors import StoreError
 from orbitdb.store.query import choose
@@ -130,9 +130,11 @@ def fitting(first: int, width: int) -> list[str]:
 
 
 def cell(name: str, value: object) -> str:
-    text, width = number(name, value), width_of(name)
+    """Return the text of a cell; texts stand a blank apart from the numbers before them."""
+    is_number = EVERY[name].kind in ("number", "integer")
+    text, width = ("" if is_number else " ") + number(name, value), width_of(name)
     cut = text if len(text) <= width else f"{text[: width - 1]}…"
-    return f"{cut:{'>' if EVERY[name].kind in ('number', 'integer') else '<'}{width}}"
+    return f"{cut:{'>' if is_number else '<'}{width}}"
 
 
 async def test_lines_agree_with_a_list_after_any_keys(filled_once):
@@ -177,7 +179,7 @@ async def test_lines_agree_with_a_list_after_any_keys(filled_once):
             assert table.cursor == cursor
             here = enumerate(rows[top : top + height], top)
             assert [("#008000" in each, "on #ff0000" in each) for each in styles] == [
-                (row["status"] != "orbit", place == cursor) for place, row in here
+                (row["status"] != "orbit" and place != cursor, place == cursor) for place, row in here
             ]
         await pilot.click(table, offset=(1, 0))
         await pilot.click(table, offset=(1, 1))

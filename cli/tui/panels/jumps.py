@@ -1,13 +1,9 @@
-"""The line below the rows, and jumps: typed digits go to a period, or to a code that begins with them."""
+"""Jumps in the rows: typed digits go to a period, or to a code that begins with them."""
 
 import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-
-from rich.text import Text
-from textual.reactive import reactive
-from textual.widget import Widget
 
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.screens import Working
@@ -45,50 +41,43 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     return place, f"code {typed}" if place is not None else f"no code {typed}"
 
 
-class Position(Widget, Working):
-    """The line below the rows: where typed digits led, if any, and the position of the cursor.
+class Jumps(Working):
+    """Base class of the panel of the rows: typed digits lead the cursor of its `table` to a row."""
 
-    `aside` names the current word if it has no row. `total` is the number of rows without a filter; it is
-    None until they are counted.
-    """
+    table: PagedTable
+    _typed, _typed_at = "", 0.0
+    _begun_at = _landed = 0
+    _led_to = ""
 
-    aside: reactive[str] = reactive("")
-    total: reactive[int | None] = reactive(None)
+    def say_place(self) -> None:
+        """Show the position of the cursor, and where the digits led."""
+        raise NotImplementedError
 
-    def __init__(self, table: PagedTable, reads: Callable[[], bool]) -> None:
-        super().__init__(id="position")
-        self._table, self._reads = table, reads
-        self._typed, self._typed_at = "", 0.0
-        self._begun_at = self._landed = 0
-        self._led_to = ""
-
-    def render(self) -> Text:
-        """Return where the digits led, until the cursor moves on, and the position of the cursor."""
-        rows = len(self._table.source)
-        total = "…" if self.total is None else f"{rows:,}"
-        place = f"row {self._table.cursor + 1:,} of {total}" if rows else "no rows"
-        return Text(" │ ".join(filter(None, (self.note, self.aside or place))))
+    @property
+    def reads(self) -> bool:
+        """Whether the rows are on their way."""
+        raise NotImplementedError
 
     @property
     def under_way(self) -> bool:
         """Whether digits have been typed and the cursor is still on the row they led to."""
-        return bool(self._typed) and self._landed == self._table.cursor
+        return bool(self._typed) and self._landed == self.table.cursor
 
     @property
     def note(self) -> str:
         """Where the digits led; empty once the cursor has moved on."""
         return self._led_to if self.under_way else ""
 
-    def take(self, digits: str) -> None:
+    def type(self, digits: str) -> None:
         """Add typed or pasted digits, and go to the row that they stand for."""
         now = time.monotonic()
         if not self.under_way or now - self._typed_at > PAUSE:
-            self._typed, self._begun_at = "", self._table.cursor
+            self._typed, self._begun_at = "", self.table.cursor
         self._typed_at = now
         self._jump(f"{self._typed}{digits}")
 
     def action_digit(self, digit: int) -> None:
-        self.take(str(digit))
+        self.type(str(digit))
 
     def action_take_back(self) -> None:
         if self.under_way:
@@ -105,16 +94,16 @@ class Position(Widget, Working):
             self._jump(self._typed)
 
     def _jump(self, typed: str) -> None:
-        self._typed, self._landed, self._led_to = typed, self._table.cursor, f"{typed} …"
+        self._typed, self._landed, self._led_to = typed, self.table.cursor, f"{typed} …"
         if not typed:
-            self._table.cursor = self._begun_at
-        elif not self._reads():
-            self.in_thread("jump", partial(place_of, self._table.source, typed), self._arrive)
-        self.refresh()
+            self.table.cursor = self._begun_at
+        elif not self.reads:
+            self.in_thread("jump", partial(place_of, self.table.source, typed), self._arrive)
+        self.say_place()
 
     def _arrive(self, place: Place) -> None:
         """Go to the row that was found, unless the cursor has moved on."""
         if self.under_way:
             index, self._led_to = place
-            self._table.cursor = self._landed = self._table.cursor if index is None else index
-            self.refresh()
+            self.table.cursor = self._landed = self.table.cursor if index is None else index
+            self.say_place()
