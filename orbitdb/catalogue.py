@@ -453,7 +453,7 @@ class Catalogue:
         >>> for code, length in catalogue.rows(p="2-11", order="length", limit=2, columns=("code", "length")):
         ...     print(code, round(length, 6))
         13 10.4
-        013 10.830391
+        013 10.850685
         """
         from orbitdb.answers.listing import Listing
         from orbitdb.store.query import COLUMNS
@@ -541,11 +541,13 @@ class Catalogue:
         return self._answer(read_classes, selection, criteria)
 
     @with_criteria
-    def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+    def table(
+        self, selection: "Selection | Sequence[Selection] | None" = None, **criteria: Unpack[Criteria]
+    ) -> "Result":
         """Return the paper's Table 1: the numbers of words and orbits by period, and the entropy K_0.
 
-        The only parameters are ``a`` and ``p``; `Subset.table` counts the rows of other subsets. If a period
-        is not filled, its counts come from a sweep or from births.
+        The only parameters are ``a``, one or several, and ``p``; `Subset.table` counts the rows of other
+        subsets. If a period is not filled, its counts come from a sweep or from births.
 
         Examples
         --------
@@ -554,13 +556,15 @@ class Catalogue:
         """
         from orbitdb.answers.entropy import table
 
-        return self._answer(table, selection, criteria)
+        return self._result(table, selection, criteria)
 
     @with_criteria
-    def entropy(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+    def entropy(
+        self, selection: "Selection | Sequence[Selection] | None" = None, **criteria: Unpack[Criteria]
+    ) -> "Result":
         """Return the topological entropy estimated from chosen orbits, by period, and proved bounds on it.
 
-        The parameters are those of `select`.
+        The parameters are those of `select`; several ``a`` give one table, with ``a`` as its first column.
 
         Examples
         --------
@@ -569,12 +573,12 @@ class Catalogue:
         """
         from orbitdb.answers.entropy import entropy
 
-        return self._answer(entropy, selection, criteria)
+        return self._result(entropy, selection, criteria)
 
     @with_criteria
     def lyapunov(
         self,
-        selection: Selection | None = None,
+        selection: "Selection | Sequence[Selection] | None" = None,
         *,
         weight: str = "exp",
         cut: float | None = None,
@@ -582,6 +586,8 @@ class Catalogue:
         **criteria: Unpack[Criteria],
     ) -> "Result":
         """Return the Lyapunov exponents averaged over orbits chosen as in `select`, by period and method.
+
+        Several ``a`` give one table, with ``a`` as its first column.
 
         Parameters
         ----------
@@ -595,7 +601,7 @@ class Catalogue:
         from orbitdb.answers.lyapunov import lyapunov
 
         with telling(progress, "averaging") as tell:
-            return self._answer(lyapunov, selection, criteria, weight, cut, tell)
+            return self._result(lyapunov, selection, criteria, weight, cut, tell)
 
     @with_criteria
     def write_dataset(
@@ -1298,6 +1304,21 @@ class Catalogue:
         with self.snapshot() as moment:
             return function(moment, chosen, *arguments)
 
+    def _result(
+        self,
+        function: Callable[..., "Result"],
+        selection: Selection | Sequence[Selection] | None,
+        criteria: Criteria,
+        *arguments: Any,
+    ) -> "Result":
+        """Return a result at one a, or joined results at several."""
+        from orbitdb.answers.results import over_a
+
+        one = isinstance(selection, Selection | None) and not isinstance(criteria.get("a"), Iterable)
+        with self.snapshot() as moment:
+            results = [function(moment, chosen, *arguments) for chosen in self._several(selection, criteria)]
+        return results[0] if one else over_a(results)
+
     def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:
         if selection is not None and criteria:
             raise SelectionError("give a Selection or criteria, not both")
@@ -1322,7 +1343,7 @@ class Catalogue:
             named["a"] = None
             one = chosen_by(**named)
             chosen = tuple(replace(one, a=Stadium(a).a) for a in values)
-        elif isinstance(selection, Selection | None):
+        elif not isinstance(selection, Sequence):
             return (self._chosen(selection, criteria),)
         else:
             chosen = tuple(self._chosen(one, criteria) for one in selection)

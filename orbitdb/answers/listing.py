@@ -64,10 +64,10 @@ class Listing:
     Examples
     --------
     >>> listing = catalogue.rows(p="2-11", order="length", limit=2, columns=("code", "length"))
-    >>> [*listing], listing.total
-    ([('13', 10.4), ('013', 10.82843...)], 89789)
-    >>> print(*listing.complete)
-    complete, by proof, up to length 11.25; longer orbits may be missing...
+    >>> [code for code, _ in listing], listing.total
+    (['13', '013'], 89789)
+    >>> listing.complete[0].partition(";")[0]
+    'complete, by proof, up to length 11.26'
     """
 
     _snapshot: Callable[[], AbstractContextManager[Connection]]

@@ -13,7 +13,7 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.store.lives import Life
 from orbitdb.store.selection import Selection
-from orbitdb.text import several, shortened
+from orbitdb.text import exact, several, shortened
 
 if TYPE_CHECKING:
     import pandas
@@ -123,6 +123,23 @@ class Result:
         if name == "entropy":
             return drawn(name, (self,), self.selection.describe(), ax)
         return drawn("lyapunov", (self, _DRAWN[name]), self.selection.describe(), ax)
+
+
+def over_a(results: Sequence[Result]) -> Result:
+    """Join results at several a into one, whose first column is ``a``.
+
+    A value is None if the result at its a does not have the column. Facts and notes begin with their a.
+    """
+    rows = [result for result in results if len(result)]
+    columns: dict[str, list[Any]] = {"a": [result.selection.a for result in rows for _ in range(len(result))]}
+    for name in dict.fromkeys(name for result in rows for name in result.columns):
+        columns[name] = [value for result in rows for value in result.columns.get(name, [None] * len(result))]
+
+    def said(kind: str) -> tuple[str, ...]:
+        pairs = [(f"a = {exact(each.selection.a)}", text) for each in results for text in getattr(each, kind)]
+        return tuple(text if at in text else f"{at}: {text}" for at, text in pairs)
+
+    return Result(results[0].selection, columns, said("facts"), said("notes"))
 
 
 class Births(Drawn, Rows[Life]):

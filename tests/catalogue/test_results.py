@@ -101,3 +101,13 @@ def test_print_shows_the_rows_of_a_result(catalogue):
         "<3 rows, p, N_t, N_c, N, ...: words of period 2 to 4 at a = 1.6; print() shows them>"
     )
     assert str(table).splitlines()[0].split() == list(table.columns)
+
+
+def test_results_at_several_a_are_one_table(varied):
+    catalogue = Catalogue(varied)
+    table = catalogue.table(a=(1.0, 1.6), p="2-3")
+    assert table["a"] == [1.0, 1.0, 1.6, 1.6]
+    alone = [catalogue.table(a=a, p="2-3") for a in (1.0, 1.6)]
+    assert list(table.rows(["p", "N_c"])) == [row for each in alone for row in each.rows(["p", "N_c"])]
+    notes = catalogue.entropy(a=(1.0, 1.6), p=7).notes
+    assert [note.count("at a = 1 ") or note.count("at a = 1.6 ") for note in notes] == [1, 1]
