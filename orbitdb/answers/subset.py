@@ -16,7 +16,7 @@ from orbitdb.arrays import Floats, Integers, Places, Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.errors import InputError, checked_methods
-from orbitdb.extras import drawn, load
+from orbitdb.extras import MOST_SHOWN, Table, drawn, load
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
 from orbitdb.store.connection import Moment
@@ -41,19 +41,21 @@ Texts = NDArray[Any]
 """Arrays of strings (`numpy.dtypes.StringDType`)."""
 
 _BLOCK = 1 << 14
+_SHOWN = ("code", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "class_size")
+"""The columns shown at the prompt."""
 _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
 
 @checked_methods
 @dataclass(frozen=True, eq=False, repr=False)
-class Subset:
+class Subset(Table):
     """The chosen words as arrays with one entry per word; missing numbers are NaN.
 
     Attributes
     ----------
     selection : Selection
         What was chosen; ``selection.describe()`` puts it into words.
-    codes, status : ndarray of str, shape (N,)
+    code, status : ndarray of str, shape (N,)
         Least rotations, and values of `Status`.
     representative, time_reversal, symmetry, solver : ndarray of str, shape (N,)
         The class's least word, ``self`` or ``pair``, the symmetry label, and ``newton`` or
@@ -82,16 +84,21 @@ class Subset:
     Examples
     --------
     >>> subset = catalogue.select(p="2-4", status="orbit", order="length")
-    >>> subset
+    >>> print(subset)
     <41 orbits of period 2 to 4 at a = 1.6>
-    >>> subset[0].code, subset[:3], "31" in subset
-    ('13', <3 of 41 orbits of period 2 to 4 at a = 1.6>, True)
-    >>> subset[subset.length > 12].codes.tolist()[:2]
+    >>> subset[:2]
+    <2 of 41 orbits of period 2 to 4 at a = 1.6>
+    code  p  status   length  lyapunov  lambda_d  lambda_c  class_size
+    13    2  orbit      10.4    4.2275   2.11375   0.40649           1
+    013   3  orbit   10.8507   4.39285   1.46428  0.404846           4
+    >>> subset[0].code, "31" in subset
+    ('13', True)
+    >>> subset[subset.length > 12].code.tolist()[:2]
     ['1155', '3344']
     """
 
     selection: Selection
-    codes: Texts
+    code: Texts
     p: Integers
     status: Texts
     representative: Texts
@@ -119,14 +126,19 @@ class Subset:
     by_class: bool = False
 
     def __len__(self) -> int:
-        return len(self.codes)
+        return len(self.code)
 
-    def __repr__(self) -> str:
+    def __str__(self) -> str:
         part = "" if self.total is None else f"{len(self)} of "
         total = len(self) if self.total is None else self.total
         of_classes = f"{several(total, 'class', 'classes')} of {self.selection.describe()}"
         text = part + (of_classes if self.by_class else self.selection.describe(count=total))
         return f"<{'; '.join(filter(None, [text if len(self) or not self.unfilled else '', self.unfilled]))}>"
+
+    def _columns_shown(self) -> dict[str, Sequence[Any]]:
+        first = self[:MOST_SHOWN]
+        columns = {name: getattr(first, name).tolist() for name in _SHOWN}
+        return columns | {"class_size": [size or None for size in columns["class_size"]]}
 
     def __iter__(self) -> Iterator[Orbit]:
         """Yield each word as an orbit."""
@@ -135,9 +147,9 @@ class Subset:
     def __contains__(self, word: object) -> bool:
         """Tell whether the subset contains a word, in any rotation, or an equal orbit."""
         if isinstance(word, Orbit):
-            return word in [*self[self.codes == word.code]]
+            return word in [*self[self.code == word.code]]
         try:
-            return isinstance(word, str) and least_rotation(parse(word)) in self.codes
+            return isinstance(word, str) and least_rotation(parse(word)) in self.code
         except WordError:
             return False
 
@@ -165,7 +177,7 @@ class Subset:
 
     def _orbit(self, n: int) -> Orbit:
         """Return word n as an orbit, without `exists`; coordinates that were not read are read when asked."""
-        word, a = str(self.codes[n]), self.selection.a
+        word, a = str(self.code[n]), self.selection.a
         if (pruned := pruned_word(word, a)) is not None:
             return replace(pruned, stored=True)
         status = Status(str(self.status[n]))
@@ -224,7 +236,7 @@ class Subset:
         """Return the symbols of all words of one period, and their coordinates, each of shape (N_p, p)."""
         rows = np.flatnonzero(self.p == p)
         places = self.start[rows][:, None] + np.arange(p)
-        return from_strings(self.codes[rows].tolist()).reshape(-1, p), self._read()[places]
+        return from_strings(self.code[rows].tolist()).reshape(-1, p), self._read()[places]
 
     def _read(self) -> Floats:
         if self.coordinates is None:
@@ -238,10 +250,10 @@ class Subset:
         """
         classless = (self.representative == "").tolist()
         for name in (*WRITTEN, "born", "dies"):
-            values: Any = self.codes if name == "code" else getattr(self, name, None)
+            values: Any = getattr(self, name, None)
             kind = kind_of(name)
             if name == "rules":
-                pairs = zip(self.codes.tolist(), classless, strict=True)
+                pairs = zip(self.code.tolist(), classless, strict=True)
                 yield name, [list(rules_of(word)) if no else [] for word, no in pairs]
             elif name == "a":
                 yield name, np.full(len(self), self.selection.a)
@@ -332,7 +344,7 @@ class Subset:
             raise InputError(f"kind {kind!r}: draw the 'phase space', the 'lengths' or a 'sheet'")
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
-            raise InputError(f"there is nothing to draw in {self!r}")
+            raise InputError(f"there is nothing to draw in {self}")
         what: tuple[Any, ...] = ([*orbits],)
         if kind == "lengths":
             what = orbits.length, np.ones(len(orbits))
@@ -344,7 +356,7 @@ class Subset:
         return drawn(f"paths.draw_{figure}", what, self.selection.describe(), ax)
 
     def _repr_html_(self) -> str:
-        return html_of_orbits(repr(self).strip("<>"), [*self[:MOST_ROWS]], len(self))
+        return html_of_orbits(str(self).strip("<>"), [*self[:MOST_ROWS]], len(self))
 
 
 OF_ROWS = [field.name for field in fields(Subset)][1:-6]
@@ -355,7 +367,7 @@ def read_subset(
     moment: Moment, selection: Selection, order: str, coordinates: bool, by_class: bool = False
 ) -> Subset:
     """Return the chosen words as arrays (`Catalogue.select`)."""
-    names = ["code", *OF_ROWS[1:], *([COORDINATES] if coordinates else [])]
+    names = [*OF_ROWS, *([COORDINATES] if coordinates else [])]
     parts: dict[str, list[Any]] = {name: [] for name in names}
     for block in blocks_of(moment, choose(moment, selection, order, by_class=by_class), names):
         for name, values in zip(names, block, strict=True):  # arrays at once, because lists take more memory
@@ -366,7 +378,7 @@ def read_subset(
     }
     fills = [fill.p for fill in read_fills(moment, selection.a) if fill.whole and selection.includes(fill.p)]
     missing = unfilled(moment, selection) or lacking_births(moment, selection)
-    return Subset(selection, arrays.pop("code"), **arrays, coordinates=places, unfilled=missing,
+    return Subset(selection, **arrays, coordinates=places, unfilled=missing,
                   filled=tuple(fills), path=moment.path, by_class=by_class)  # fmt: skip
 
 

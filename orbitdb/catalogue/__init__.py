@@ -49,7 +49,7 @@ class Catalogue(QuantumCatalogue):
     <Catalogue orbits.db: periods 2-11 at a = 1.6>
     >>> round(catalogue["1232131"].length, 9), "1232131" in catalogue, len(catalogue)
     (22.454362411, True, 89789)
-    >>> catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35))
+    >>> print(catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35)))
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
     The file is open only while a question is answered, so nothing has to be closed. If another file takes its
@@ -190,7 +190,7 @@ class Catalogue(QuantumCatalogue):
 
         Examples
         --------
-        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).codes
+        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).code
         array(['13', '013', '031', '132', '123'], dtype=StringDType())
         """
         from orbitdb.answers.subset import read_subset

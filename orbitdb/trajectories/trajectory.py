@@ -12,7 +12,7 @@ from orbitdb.arrays import Floats, Marks, Words
 from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium, written
 from orbitdb.errors import InputError, as_floats, need_whole
-from orbitdb.extras import Drawn, data_frame
+from orbitdb.extras import Drawn, Table, data_frame
 from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
@@ -110,8 +110,8 @@ _EXACT = 1e-9
 """A bounce whose error is below this counts as on a joint if the joint is no farther away than the error."""
 
 
-@dataclass(frozen=True, eq=False)
-class Bounces(Drawn):
+@dataclass(frozen=True, eq=False, repr=False)
+class Bounces(Table, Drawn):
     """Successive bounces of one trajectory, as arrays of shape (T,).
 
     `plot` draws the path from the first bounce to the last one in its stadium.
@@ -150,13 +150,16 @@ class Bounces(Drawn):
     def __len__(self) -> int:
         return len(self.x)
 
-    def __repr__(self) -> str:
+    def __str__(self) -> str:
         return f"<{several(len(self), 'bounce')} at a = {exact(self.stadium.a)}>"
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a data frame with one row per bounce (extra ``pandas``)."""
+        return data_frame(self._columns_shown())
+
+    def _columns_shown(self) -> dict[str, Any]:
         names = ("x", "y", "angle", "symbol", "path", "error", "lyapunov")
-        return data_frame({name: getattr(self, name) for name in names})
+        return {name: getattr(self, name) for name in names}
 
     def _figure(self) -> tuple[str, Sequence[Any], str]:
         title = f"{several(len(self), 'bounce')} at a = {exact(self.stadium.a)}"

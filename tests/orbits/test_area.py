@@ -59,7 +59,7 @@ def test_rows_have_the_areas_of_their_words(filled):
     """The stored area of the representative gets the sign of each word; it is 0 where a symmetry says so."""
     catalogue = Catalogue(filled, a=1.6)
     subset = catalogue.select(p="2-5", status="orbit", coordinates=True)
-    assert dict(zip(subset.codes.tolist(), subset.area, strict=True))["013"] == pytest.approx(-3.14042197088)
+    assert dict(zip(subset.code.tolist(), subset.area, strict=True))["013"] == pytest.approx(-3.14042197088)
     for orbit in subset:
         points, area = there(orbit.points), there(orbit.area)
         assert area == catalogue[orbit.code].area
@@ -78,7 +78,7 @@ def test_representatives_are_sorted_by_their_own_area(filled, where):
     subset = catalogue.select(p="2-5", status="orbit", where=where, order="-area", classes=True)
     assert subset.area.tolist() == sorted(subset.area, reverse=True)
     assert subset.area[0] > 0 > subset.area[-1]
-    assert [catalogue[code].area for code in subset.codes.tolist()] == subset.area.tolist()
+    assert [catalogue[code].area for code in subset.code.tolist()] == subset.area.tolist()
 
 
 @pytest.mark.parametrize("method", ["newton", "relaxation"])

@@ -131,7 +131,7 @@ def test_a_word_that_is_not_stored_is_solved(catalogue, word, status):
 def test_a_subset_is_a_sequence_of_orbits(catalogue):
     subset = catalogue.select(p="2-4", status="orbit,dynamical,geometric", coordinates=True, order="length")
     orbits = list(subset)
-    assert [(orbit.code, orbit.stored) for orbit in orbits] == [(code, True) for code in subset.codes]
+    assert [(orbit.code, orbit.stored) for orbit in orbits] == [(code, True) for code in subset.code]
     for orbit in (orbits[0], orbits[7], orbits[-1]):
         assert orbit == catalogue[orbit.code]
         assert orbit in subset
@@ -144,13 +144,13 @@ def test_a_subset_is_a_sequence_of_orbits(catalogue):
 def test_parts_of_a_subset_are_subsets(catalogue):
     subset = catalogue.select(p="2-5", status="orbit", coordinates=True)
     some = subset[5:50:7]
-    assert repr(some) == "<7 of 121 orbits of period 2 to 5 at a = 1.6>"
+    assert str(some) == "<7 of 121 orbits of period 2 to 5 at a = 1.6>"
     assert same(some, subset[[5, 12, 19, 26, 33, 40, 47]])
     assert same(some, subset[np.arange(121) % 7 == 5][:7])
     assert list(some) == list(subset)[5:50:7]
     np.testing.assert_array_equal(some.coordinates_of(2), subset.coordinates_of(19))
     assert some[1:][0] == some[1]
-    assert repr(some[1:]) == "<6 of 121 orbits of period 2 to 5 at a = 1.6>"
+    assert str(some[1:]) == "<6 of 121 orbits of period 2 to 5 at a = 1.6>"
     assert same(subset[:], subset)
     assert same(subset[np.ones(121, bool)], subset)
     assert not same(subset, subset[1:])
@@ -308,7 +308,7 @@ def test_descriptions_use_singular_and_plural(status):
 
 def test_descriptions_leave_out_empty_ranges_and_shorten_long_words(catalogue):
     subset = catalogue.select(p=2, status="orbit", length=(None, None))
-    assert repr(subset) == "<1 orbit of period 2 at a = 1.6>"
+    assert str(subset) == "<1 orbit of period 2 at a = 1.6>"
     assert Selection(ranges={"length": (None, None)}).describe() == "words at a = 1.6"
     for word, shown in (("13" * 30, "13" * 30), ("13" * 31, "13" * 28 + "1...")):
         assert chosen_by(p=80, contains=word).describe().endswith(f" containing {shown}")
@@ -354,7 +354,7 @@ def test_other_libraries_read_a_subset_through_arrow(varied):
     subset = Catalogue(varied).select(a=1.6, p="2-4", status="orbit")
     read = pyarrow.table(subset)
     assert read.equals(subset.to_arrow())
-    assert read["code"].to_pylist() == subset.codes.tolist()
+    assert read["code"].to_pylist() == subset.code.tolist()
 
 
 def test_births_of_an_impossible_period_are_refused(filled):

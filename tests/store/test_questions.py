@@ -78,7 +78,7 @@ def test_arrays_agree_with_a_list(asked, criteria, order):
     catalogue, rows = asked
     subset = catalogue.select(chosen_by(**criteria), order=order, coordinates=True)
     wanted = expected(rows, criteria, order)
-    assert subset.codes.tolist() == [row["code"] for row in wanted]
+    assert subset.code.tolist() == [row["code"] for row in wanted]
     for name in ("length", "margin", "lambda_c", "born", "area", "area_error"):
         known = [math.nan if row[name] is None else row[name] for row in wanted]
         np.testing.assert_array_equal(getattr(subset, name), known, err_msg=name)

@@ -64,7 +64,7 @@ def test_missing_periods_are_noted(catalogue):
     assert any("not filled" in note for note in found.notes)
     assert found["h_zeta"] == catalogue.entropy(p="2-8")["h_zeta"][-2:]
     nothing = catalogue.entropy(p=12)
-    assert repr(nothing) == "<0 rows: words of period 12 at a = 1.6; print() shows them>"
+    assert repr(nothing) == "\n".join(["<no words of period 12 at a = 1.6>", *nothing.facts, *nothing.notes])
     assert catalogue.table(Selection(periods=((0, 1),))).notes == ("no words of period 0 to 1 at a = 1.6",)
     with pytest.raises(InputError, match="exp or det"):
         catalogue.lyapunov(weight="none")

@@ -245,7 +245,8 @@ def test_a_trajectory_needs_one_start(given, message):
 def test_a_trajectory_is_a_table_and_a_picture():
     matplotlib.use("agg")
     path = trajectory(Stadium(1.0), 0.2, -1, 1.0, 5)
-    assert repr(path) == "<5 bounces at a = 1>"
+    assert str(path) == "<5 bounces at a = 1>"
+    assert repr(path).splitlines()[1].split()[:4] == ["x", "y", "angle", "symbol"]
     frame = path.to_pandas()
     assert list(frame.columns) == ["x", "y", "angle", "symbol", "path", "error", "lyapunov"]
     assert frame["x"].tolist() == path.x.tolist()

@@ -41,7 +41,7 @@ def test_the_command_and_the_line_of_python_give_the_rows_of_the_view(cli, varie
     assert head == names
     assert [line[0] for line in lines] == [row[0] for row in rows] != []
     subset = eval(view.python(varied), {"Catalogue": orbitdb.Catalogue})
-    assert subset.codes.tolist() == [row[0] for row in rows]
+    assert subset.code.tolist() == [row[0] for row in rows]
 
 
 def test_the_births_that_a_view_asks_for_are_written_down():
