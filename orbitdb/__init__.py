@@ -34,6 +34,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # isort: off
+    from orbitdb.averages.simulation import simulate as simulate
     from orbitdb.billiard.stadium import Stadium as Stadium
     from orbitdb.catalogue import Catalogue as Catalogue
     from orbitdb.answers.identification import (
@@ -59,7 +60,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.store.selection import Selection as Selection
     from orbitdb.store.fills import Contents as Contents, Fill as Fill, Sweep as Sweep
     from orbitdb.store.lives import BirthFill as BirthFill, Life as Life
-    from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
+    from orbitdb.trajectories.ensemble import Reference as Reference
     from orbitdb.trajectories.trajectory import Bounces as Bounces, trajectory as trajectory
     from orbitdb.verification.verify import Verification as Verification
     # isort: on
@@ -70,6 +71,7 @@ if find_spec("orbitdb.cli") is None:  # in the source folder, two packages lie b
     __path__.append(str(Path(__file__).parent.parent))
 
 _HOMES = {
+    "averages.simulation": ("simulate",),
     "billiard.stadium": ("Stadium",),
     "catalogue": ("Catalogue",),
     "answers.identification": ("Candidate", "Followed", "Trajectory"),
@@ -91,7 +93,7 @@ _HOMES = {
     "store.selection": ("Selection",),
     "store.fills": ("Contents", "Fill", "Sweep"),
     "store.lives": ("BirthFill", "Life"),
-    "trajectories.ensemble": ("Reference", "simulate"),
+    "trajectories.ensemble": ("Reference",),
     "trajectories.trajectory": ("Bounces", "trajectory"),
     "verification.verify": ("Verification",),
 }

@@ -69,9 +69,9 @@ _LONGEST = 40
 
 def cell(value: Any) -> str:
     """Return a value as it is shown in a table: empty if it is missing, and a number with six digits."""
-    text = (
-        "" if value is None or value != value else f"{value:.6g}" if isinstance(value, float) else str(value)
-    )
+    if value is None or value != value:
+        return ""
+    text = f"{value:.6g}" if isinstance(value, float) else str(value)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 
 
@@ -85,7 +85,8 @@ def text_table(
     """
     count = len(next(iter(columns.values()), ())) if total is None else total
     room = None if most is None else shutil.get_terminal_size().columns
-    lines, left_out = [""] * (1 + min(count, count if most is None else most)), []
+    lines = [""] * (1 + min(count, count if most is None else most))
+    left_out: list[str] = []
     for name, values in columns.items():
         texts = [name, *map(cell, values[: len(lines) - 1])]
         width = max(map(len, texts)) + 2 * bool(lines[0])
@@ -151,7 +152,7 @@ _Row = TypeVar("_Row")
 
 
 class Rows(list[_Row]):
-    """A list of records or named tuples, which are the rows of a data frame, and show themselves as a table."""
+    """A list of records or named tuples, which shows itself as a table and gives a data frame."""
 
     def _rows(self) -> list[dict[str, Any]]:
         return [one.row() if isinstance(one, Record) else one._asdict() for one in self]  # type: ignore[attr-defined]

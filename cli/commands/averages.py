@@ -156,7 +156,12 @@ def simulate(
     a: options.HalfLength = USUAL_A,
     wanted: Annotated[
         int,
-        options.count_option("--bounces", least=1, most=10**12, help="Total number of bounces, such as 1e8."),
+        options.count_option(
+            "--bounces",
+            least=1,
+            most=10**12,
+            help="Total number of bounces, such as 1e8; about a thousand at least, in 256 trajectories.",
+        ),
     ] = 20_000_000,
     seed: Annotated[
         int, options.count_option(least=0, help="Random seed; the same seed gives the same result.")
@@ -177,6 +182,7 @@ def simulate(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.filling.records import check_writable, keep_simulated
     from orbitdb.filling.records import simulate as follow
+    from orbitdb.trajectories.ensemble import LEAST
 
     stadium = Stadium(a)
     if store:
@@ -198,7 +204,8 @@ def simulate(
         f"pi Area / Perimeter = {stadium.mean_free_path:.6f}"
     )
     if abs(means.bounces - wanted) > _NEAR * wanted:
-        note(f"{means.bounces} bounces were followed, not {wanted}: errors need many complete trajectories")
+        why = f"the errors need {LEAST} trajectories" if means.groups == LEAST else "trajectories differ much"
+        note(f"{means.bounces} bounces were followed, not {wanted}: {why}")
 
 
 def _facts(means: "Reference") -> list[tuple[str, str]]:

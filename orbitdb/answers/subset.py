@@ -20,6 +20,7 @@ from orbitdb.extras import MOST_SHOWN, Table, drawn, load
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
 from orbitdb.store.connection import Moment
+from orbitdb.store.file import Reader
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import find_or_solve
 from orbitdb.store.query import choose
@@ -69,7 +70,7 @@ class Subset(Table):
         The values of a at the first birth and death; NaN for a word without one, or if it is not stored.
     coordinates : ndarray, shape (sum of p,), or None
         Coordinates of all words, one word after another (see `of_period`), if you asked for them; NaN for
-        words that have none.
+        words that have none. `of_period`, `coordinates_of` and `plot` read them when they are needed.
     unfilled : str or None
         A line that names the chosen periods that are not filled or lack births.
     filled : tuple of int
@@ -239,9 +240,26 @@ class Subset(Table):
         return from_strings(self.code[rows].tolist()).reshape(-1, p), self._read()[places]
 
     def _read(self) -> Floats:
-        if self.coordinates is None:
-            raise InputError("the coordinates were not read: use select(..., coordinates=True)")
-        return self.coordinates
+        return self._read_from_file if self.coordinates is None else self.coordinates
+
+    @cached_property
+    def _read_from_file(self) -> Floats:
+        """The coordinates of all words, as in ``coordinates``, read from the file."""
+        codes, periods = self.code.tolist(), self.p.tolist()
+        parts = dict(zip(codes, (np.full(p, np.nan) for p in periods), strict=True))
+        if self.path is not None and not np.isnan(self.length).all():
+            lengths = float(np.nanmin(self.length)), float(np.nanmax(self.length))
+            near = replace(
+                self.selection,
+                periods=((min(periods), max(periods)),),
+                ranges={**self.selection.ranges, "length": lengths},
+            )
+            with Reader(self.path).moment() as moment:
+                chosen = choose(moment, near, by_class=self.by_class)
+                for block in blocks_of(moment, chosen, ("code", COORDINATES)):
+                    found = zip(*block, strict=True)
+                    parts |= {code: read for code, read in found if read is not None and code in parts}
+        return np.concatenate([np.zeros(0), *(parts[code] for code in codes)])
 
     def _columns(self) -> Iterator[tuple[str, Values]]:
         """Yield the columns of a table, with None where a word without a class has no value.
@@ -333,26 +351,26 @@ class Subset(Table):
             raise SelectionError("counts and averages need every word: select without classes=True")
 
     def plot(
-        self, kind: Literal["phase space", "lengths", "sheet"] = "phase space", ax: "Axes | None" = None
+        self, kind: Literal["phase-space", "lengths", "sheet"] = "phase-space", ax: "Axes | None" = None
     ) -> "Axes":
         """Plot bounces in phase space, the number of orbits up to each length, or a sheet (extra ``plot``).
 
-        A sheet shows each orbit in its own picture. The phase space needs coordinates
-        (``select(..., coordinates=True)``). The axes `ax` are by default those of a new figure.
+        The kinds are those of `orbitdb plot`. A sheet shows each orbit in its own picture. The axes `ax` are
+        by default those of a new figure.
         """
-        if kind not in ("phase space", "lengths", "sheet"):
-            raise InputError(f"kind {kind!r}: draw the 'phase space', the 'lengths' or a 'sheet'")
+        if kind not in ("phase-space", "lengths", "sheet"):
+            raise InputError(f"kind {kind!r}: draw the 'phase-space', the 'lengths' or a 'sheet'")
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
             raise InputError(f"there is nothing to draw in {self}")
         what: tuple[Any, ...] = ([*orbits],)
         if kind == "lengths":
             what = orbits.length, np.ones(len(orbits))
-        elif kind == "phase space":
+        elif kind == "phase-space":
             periods = np.unique(orbits.p).tolist()
             parts = [(*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in periods]
             what = Stadium(self.selection.a), parts
-        figure = {"lengths": "staircase", "phase space": "phase_space"}.get(kind, kind)
+        figure = {"lengths": "staircase", "phase-space": "phase_space"}.get(kind, kind)
         return drawn(f"paths.draw_{figure}", what, self.selection.describe(), ax)
 
     def _repr_html_(self) -> str:
@@ -364,12 +382,18 @@ OF_ROWS = [field.name for field in fields(Subset)][1:-6]
 
 
 def read_subset(
-    moment: Moment, selection: Selection, order: str, coordinates: bool, by_class: bool = False
+    moment: Moment,
+    selection: Selection,
+    order: str,
+    coordinates: bool,
+    by_class: bool = False,
+    limit: int | None = None,
 ) -> Subset:
     """Return the chosen words as arrays (`Catalogue.select`)."""
+    chosen = choose(moment, selection, order, most=limit, counted=True, by_class=by_class)
     names = [*OF_ROWS, *([COORDINATES] if coordinates else [])]
     parts: dict[str, list[Any]] = {name: [] for name in names}
-    for block in blocks_of(moment, choose(moment, selection, order, by_class=by_class), names):
+    for block in blocks_of(moment, chosen, names, last=limit):
         for name, values in zip(names, block, strict=True):  # arrays at once, because lists take more memory
             parts[name].append(values if name == COORDINATES else _array(name, values))
     places = _flat(parts.pop(COORDINATES), parts["p"]) if coordinates else None
@@ -378,8 +402,9 @@ def read_subset(
     }
     fills = [fill.p for fill in read_fills(moment, selection.a) if fill.whole and selection.includes(fill.p)]
     missing = unfilled(moment, selection) or lacking_births(moment, selection)
+    total = None if limit is None or limit >= len(chosen) else len(chosen)
     return Subset(selection, **arrays, coordinates=places, unfilled=missing,
-                  filled=tuple(fills), path=moment.path, by_class=by_class)  # fmt: skip
+                  filled=tuple(fills), total=total, path=moment.path, by_class=by_class)  # fmt: skip
 
 
 def _read_coordinates(path: Path, word: str, a: float) -> Floats | None:

@@ -154,6 +154,7 @@ class Catalogue(QuantumCatalogue):
         selection: Selection | None = None,
         *,
         order: str = "p",
+        limit: int | None = None,
         coordinates: bool = False,
         classes: bool = False,
         **criteria: Unpack[Criteria],
@@ -166,8 +167,10 @@ class Catalogue(QuantumCatalogue):
             The subset; you can give the criteria below instead.
         order : str, optional
             Columns to sort by, as in `rows`.
+        limit : int, optional
+            Maximum number of entries; the subset knows how many there are in all (`Subset.total`).
         coordinates : bool, optional
-            Whether to read the coordinates as well.
+            Whether to read the coordinates at once; otherwise they are read when they are needed.
         classes : bool, optional
             Whether to return one entry per symmetry class with chosen words, its representative.
         a : float, optional
@@ -195,7 +198,8 @@ class Catalogue(QuantumCatalogue):
         """
         from orbitdb.answers.subset import read_subset
 
-        return self._answer(read_subset, selection, criteria, order, coordinates, classes)
+        need_whole("limit", limit or 0, 0)
+        return self._answer(read_subset, selection, criteria, order, coordinates, classes, limit)
 
     @with_criteria
     def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "OrbitClasses":

@@ -66,11 +66,30 @@ def test_an_engine_of_sqlalchemy_reads_what_the_catalogue_counts_and_cannot_writ
             connection.execute(sa.text("DELETE FROM orbit"))
 
 
-def test_coordinates_that_were_not_read_are_none(catalogue):
-    subset = catalogue.select(p=3)
-    assert subset.coordinates is None
-    with pytest.raises(ValueError, match="coordinates=True"):
-        subset.coordinates_of(0)
+@pytest.mark.parametrize("order", ["p", "length desc", "code"])
+def test_coordinates_that_were_not_read_are_read_when_needed(catalogue, order):
+    criteria = {"p": "2-5", "status": "orbit,dynamical,boundary", "where": "walls < 3", "order": order}
+    read, later = (catalogue.select(**criteria, coordinates=now) for now in (True, False))
+    assert later.coordinates is None
+    later = later[::-2]
+    for n, (first, second) in enumerate(zip(read[::-2], later, strict=True)):
+        assert first.code == second.code
+        np.testing.assert_array_equal(read[::-2].coordinates_of(n), later.coordinates_of(n))
+    for one, other in zip(read[::-2].of_period(4), later.of_period(4), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert np.isnan(catalogue.select(p=5, status="dynamical").coordinates_of(0)).all()
+
+
+def test_a_limit_gives_the_first_entries_and_the_total(catalogue):
+    every = catalogue.select(p="2-5", status="orbit", order="length desc")
+    some = catalogue.select(p="2-5", status="orbit", order="length desc", limit=7)
+    assert some.code.tolist() == every.code[:7].tolist()
+    assert (len(some), some.total, str(some)) == (7, 121, "<7 of 121 orbits of period 2 to 5 at a = 1.6>")
+    assert len(catalogue.select(p=3, limit=0)) == 0
+    enough = catalogue.select(p=3, limit=8, classes=True)
+    assert (len(enough), enough.total) == (2, None)
+    with pytest.raises(InputError, match="limit = -1"):
+        catalogue.select(limit=-1)
 
 
 def test_an_orbit_of_a_subset_reads_its_bounces_when_asked(catalogue):
