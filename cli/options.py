@@ -249,7 +249,11 @@ Codes = Annotated[list[str] | None, typer.Option("--code", help="Same as WORD; r
 """`orbitdb.cli.reading.given_codes` reads these together with `Words`."""
 
 Limit = Annotated[
-    int | None, count_option(least=0, help="Maximum number of rows [default: 40 in a table, otherwise all].")
+    int | None,
+    count_option(
+        least=0,
+        help="Maximum number of rows, at each a if you ask for several [default: 40 in a table, else all].",
+    ),
 ]
 ON_SCREEN = 40
 """Default limit for a table."""
@@ -340,7 +344,8 @@ class Choice:
         typer.Option(
             "--range",
             metavar="NAME=LOW:HIGH",
-            help="Range of length, lyapunov, lambda_d, lambda_c, margin, born or dies; repeatable.",
+            help="Range of length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born or dies, or "
+            "number of walls, such as walls=0; repeatable.",
         ),
     ] = None
     where: Annotated[

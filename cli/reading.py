@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
 from functools import cmp_to_key
-from itertools import chain, islice
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -163,6 +163,15 @@ def note_nothing(moment: "Moment", *stadiums: "Selection", more: str = "") -> No
             note(f"{text}{more}")
 
 
+def note_complete(moment: "Moment", *stadiums: "Selection", order: str) -> None:
+    """Write a note on how far each list that a length orders or bounds is complete."""
+    from orbitdb.answers.completeness import complete_by_length
+
+    for chosen in stadiums:
+        if text := complete_by_length(moment, chosen, order):
+            note(f"at a = {exact(chosen.a)}: {text}" if len(stadiums) > 1 else text)
+
+
 _falling: Callable[[Any], Any] = cmp_to_key(
     lambda one, other: 0 if one == other else 1 if one < other else -1
 )
@@ -179,7 +188,8 @@ def in_order(
 ) -> Iterator[Row]:
     """Return the rows of one subset, or of one subset at each of several a, merged into one order.
 
-    Empty fields come last, whether the order is ascending or descending.
+    Empty fields come last, whether the order is ascending or descending. The limit and the offset apply to
+    each a.
     """
     from orbitdb.store.query import parse_order
     from orbitdb.store.rows import rows_of
@@ -198,8 +208,8 @@ def in_order(
             for value, falls in keys
         )
 
-    streams = (rows_of(moment, chosen, (*names, *falling), 0, end) for chosen in subsets)
-    return (row[: len(names)] for row in islice(heapq.merge(*streams, key=place), offset, end))
+    streams = (rows_of(moment, chosen, (*names, *falling), offset, end) for chosen in subsets)
+    return (row[: len(names)] for row in heapq.merge(*streams, key=place))
 
 
 def described(stadiums: "Sequence[Selection]", total: int | None = None, classes: bool = False) -> str:

@@ -64,6 +64,7 @@ _CODE = "substr(cycle.words, 1 + cycle.p * element.n, cycle.p)"
 _HALF = """CASE WHEN ',' || cycle.symmetry || ',' LIKE '%,x,%' THEN 'x'
             WHEN ',' || cycle.symmetry || ',' LIKE '%,y,%' THEN 'y'
             WHEN ',' || cycle.symmetry || ',' LIKE '%,xy,%' THEN 'xy' END"""
+_PARTS = f"iif({_HALF} IS NULL, 1, 2)"
 _LAMBDA_C = "orbit.lyapunov / orbit.length"
 _END = "(SELECT {value} FROM change WHERE change.cycle = orbit.cycle AND change.number = {number})"
 
@@ -104,6 +105,10 @@ OF_WORDS = [
            "symmetry that makes the second half of the orbit the image of the first; 'x', 'y' or 'xy'. In "
            "the quarter stadium, such an orbit closes after half of its length",
            empty="no such symmetry; geometrically pruned", sql=_HALF),
+    Column("quarter_maslov", "integer",
+           "Maslov index of one traversal in the quarter stadium x, y >= 0; maslov/2 if the column half has "
+           "a value, otherwise maslov. Bounces on the axes do not count: they give the sign of the parity",
+           empty=PRUNED, sql=f"(3 * cycle.p - cycle.walls) / {_PARTS}"),
     Column("rules", "integers",
            "numbers of the geometric rules that the word breaks; comma-separated text in SQL, a list in JSON "
            "and in files", empty="unless geometrically pruned", sql="NULL", single=True),
@@ -125,7 +130,10 @@ OF_ORBITS = [
     Column("quarter_length", "number",
            "length of one traversal in the quarter stadium x, y >= 0; L/2 if the column half has a value, "
            "otherwise L", "radius", "length_error", NO_ORBIT,
-           sql=f"orbit.length / iif({_HALF} IS NULL, 1, 2)"),
+           sql=f"orbit.length / {_PARTS}"),
+    Column("quarter_lyapunov", "number",
+           "lambda of one traversal in the quarter stadium x, y >= 0; lyapunov/2 if the column half has a "
+           "value, otherwise lyapunov", "1", "lyapunov_error", NO_ORBIT, sql=f"orbit.lyapunov / {_PARTS}"),
     Column("lyapunov", "number",
            "lambda of one traversal; ln of the largest modulus of an eigenvalue of the monodromy matrix",
            "1", "lyapunov_error", NO_ORBIT, sql="orbit.lyapunov"),

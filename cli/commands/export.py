@@ -17,6 +17,7 @@ from orbitdb.cli.reading import (
     asked_columns,
     described,
     in_order,
+    note_complete,
     note_gaps,
     note_nothing,
     provenance,
@@ -123,10 +124,12 @@ def export(
             written = _watched(chain([first], rows), shown)
             if file is None:
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
+                note_complete(moment, *stadiums, order=order)
                 return
             count = files.write_file(
                 file, kind, names, written, provenance(moment, stadiums, many_a(a), classes)
             )
+        note_complete(moment, *stadiums, order=order)
     note(f"{several(count, 'row')} written: {described(stadiums, classes=classes)}, in {file}")
 
 

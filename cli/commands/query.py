@@ -4,6 +4,7 @@ import shutil
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import islice
 from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -20,6 +21,7 @@ from orbitdb.cli.reading import (
     in_order,
     known_catalogue,
     meant,
+    note_complete,
     note_gaps,
     note_nothing,
     primitive,
@@ -31,7 +33,6 @@ from orbitdb.text import exact
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
-    from orbitdb.store.selection import Selection
 
 
 EXAMPLES = {
@@ -94,8 +95,6 @@ def query(
         return
     if bounces:
         raise InputError("--bounces needs WORD; 'orbitdb export --bounces' writes the bounces of many orbits")
-    from orbitdb.answers.completeness import complete_length, describe_complete
-    from orbitdb.store.fills import read_fills
     from orbitdb.store.query import choose
 
     names = asked_columns(columns, TABLE_COLUMNS if output.for_people else WRITTEN, a)
@@ -107,29 +106,18 @@ def query(
             choose(moment, chosen, order, most=most, counted=True, by_class=classes) for chosen in stadiums
         ]
         total = sum(map(len, subsets))
-        count = output.write(names, in_order(moment, subsets, names, order, shown, offset))
+        rows = in_order(moment, subsets, names, order, shown, offset)
+        count = output.write(names, islice(rows, shown) if limit is None else rows)
         if not total:
             note_nothing(moment, *stadiums)
-        elif _by_length(order, limit, stadiums[0]):
-            for chosen in stadiums:
-                complete = complete_length(read_fills(moment, chosen.a), chosen)
-                at = f"at a = {exact(chosen.a)}: " if len(stadiums) > 1 else ""
-                note(f"{at}{describe_complete(complete, chosen)}")
+        else:
+            note_complete(moment, *stadiums, order=order)
     if total and output.table:
         rest = "" if offset else f", --limit {total} shows all"
         more = f"; {count} shown{rest}" if total > count else ""
         note(f"{described(stadiums, total, classes)}{more}")
     if not count:
         raise typer.Exit(1)
-
-
-def _by_length(order: str, limit: int | None, chosen: "Selection") -> bool:
-    """Tell whether the rows list the shortest orbits."""
-    from orbitdb.store.query import parse_order
-
-    first, falls = next(iter(parse_order(order).items()))
-    bounded = chosen.ranges.get("length", (None, None))[1] is not None
-    return bounded or (first == "length" and not falls and limit is not None)
 
 
 def _show_words(

@@ -207,7 +207,22 @@ class Subset(Table):
     @property
     def quarter_length(self) -> Floats:
         """Lengths of one traversal in the quarter stadium x, y >= 0, shape (N,)."""
-        return np.where(self.half == "", self.length, self.length / 2)
+        return self.length / self._parts
+
+    @property
+    def quarter_lyapunov(self) -> Floats:
+        """Lambda of one traversal in the quarter stadium, shape (N,)."""
+        return self.lyapunov / self._parts
+
+    @property
+    def quarter_maslov(self) -> Integers:
+        """Maslov indices of one traversal in the quarter stadium, shape (N,)."""
+        return self.maslov // self._parts
+
+    @property
+    def _parts(self) -> Integers:
+        """Numbers of traversals in the quarter for each in the full stadium: 2 if there is a `half`."""
+        return np.where(self.half == "", 1, 2)
 
     @property
     def lambda_d(self) -> Floats:

@@ -183,8 +183,10 @@ class Catalogue(QuantumCatalogue):
             As in `Selection`.
         exists, not_at : float or iterable of float, optional
             Values of ``a`` at which the words must be orbits, and at which they must not be.
-        length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float or None, float or None), optional
+        length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float, float), optional
             Least and greatest value, or None for no limit, as in ``length=(3, None)``.
+        walls : int or (int, int), optional
+            Number of bounces on straight walls, or its least and greatest value.
 
         Raises
         ------

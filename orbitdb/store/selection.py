@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from inspect import Parameter, Signature, signature
-from numbers import Real
+from numbers import Integral, Real
 from typing import Any, TypeAlias, TypedDict, TypeVar, Unpack
 
 from orbitdb.billiard import USUAL_A
@@ -19,8 +19,13 @@ from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.symbols.words import parse
 from orbitdb.text import exact, guess, printable, real, several, shortened, whole
 
-MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies")
+MEASURES = (
+    "length", "quarter_length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies", "walls",
+)  # fmt: skip
 """The columns that a selection can bound from below and above."""
+
+COUNTED = ("walls",)
+"""Those that are whole numbers: a single value stands for itself."""
 
 Bounds: TypeAlias = tuple[float | None, float | None]
 """The least and the greatest value, both included; None if there is no limit."""
@@ -134,6 +139,8 @@ def _listed_values(values: Sequence[float]) -> str:
 def _span(name: str, low: float | None, high: float | None) -> str:
     if low is None:
         return f"{name} <= {'' if high is None else exact(high)}"
+    if low == high:
+        return f"{name} = {exact(low)}"
     return f"{name} >= {exact(low)}" if high is None else f"{exact(low)} <= {name} <= {exact(high)}"
 
 
@@ -214,12 +221,14 @@ class Criteria(TypedDict, total=False):
     where: str | None
     parameters: Mapping[str, str | int | float] | None
     length: Bounds | None
+    quarter_length: Bounds | None
     lyapunov: Bounds | None
     lambda_d: Bounds | None
     lambda_c: Bounds | None
     margin: Bounds | None
     born: Bounds | None
     dies: Bounds | None
+    walls: int | Bounds | None
 
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
@@ -293,7 +302,8 @@ def _listed(value: object) -> str:
 
 def _pair(name: str, bounds: object) -> Bounds:
     """Return bounds, after checking that they are a pair of numbers or None in ascending order."""
-    pair = tuple(bounds) if isinstance(bounds, tuple | list) else ()
+    alone = name in COUNTED and isinstance(bounds, Integral)
+    pair = (bounds, bounds) if alone else tuple(bounds) if isinstance(bounds, tuple | list) else ()
     numbers = [bound for bound in pair if bound is not None]
     if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
         raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10); either can be None")
@@ -340,7 +350,8 @@ def parse_bound(text: str) -> tuple[str, Bounds]:
     if name not in MEASURES:
         raise SelectionError(f"range {text!r}: name one of {', '.join(MEASURES)}, as in length=3:10")
     try:
-        low, high = (real(end) if end.strip() else None for end in span.split(":"))
+        ends = [span] * 2 if name in COUNTED and ":" not in span else span.split(":")
+        low, high = (real(end) if end.strip() else None for end in ends)
         if (low, high) == (None, None) or low != low or high != high:
             raise ValueError(text)
     except ValueError:

@@ -201,8 +201,8 @@ def references(
 ) -> Iterator[tuple[float, Reference]]:
     """Run a simulation; every few hundred steps, yield the fraction done and the averages so far.
 
-    The parameters are those of `orbitdb.simulate`. Each result is complete, but from fewer bounces than the next, so
-    the caller may stop at any time.
+    The parameters are those of `orbitdb.simulate`. Each result is complete, but from fewer bounces than the
+    next, so the caller may stop at any time.
     """
     wanted = math.ceil(bounces * 2 * math.pi / stadium.perimeter)
     need_whole("seed", seed, 0)

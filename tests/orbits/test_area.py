@@ -1,11 +1,13 @@
 """The enclosed area of an orbit, and its traversal of the quarter stadium."""
 
+import math
+
 import numpy as np
 import pytest
 from contents import alter
 from there import there
 
-from orbitdb import Catalogue, solve_word
+from orbitdb import Catalogue, solve_word, trajectory
 
 WORDS = ["013", "01552", "1232131", "0103155", "011255", "1" * 9 + "3" * 8, "13020311"]
 
@@ -117,3 +119,16 @@ def test_the_quarter_stadium_is_traversed_in_half_of_the_length(word, half, leng
     orbit = solve_word(word, 1.0)
     assert orbit.half == half
     assert orbit.quarter_length == there(orbit.length) / 2 == pytest.approx(length, abs=1e-9)
+    assert orbit.quarter_lyapunov == there(orbit.lyapunov) / 2
+    assert orbit.quarter_maslov * 2 == there(orbit.maslov)
+
+
+def test_half_of_an_orbit_is_stretched_by_the_quarter_lyapunov():
+    """Half of 0103, followed bounce by bounce, ends as the mirror image of its beginning."""
+    orbit = solve_word("0103", 1.0)
+    points = there(orbit.points)
+    step = points[1] - points[0]
+    path = trajectory(1.0, *points[0].tolist(), math.atan2(step[1], step[0]), bounces=24)
+    np.testing.assert_allclose(path.x[1::4], -path.x[3::4], atol=1e-5)
+    growth = path.lyapunov[2:12:2] - path.lyapunov[:10:2]
+    assert growth[-1] == pytest.approx(there(orbit.quarter_lyapunov), rel=1e-6)

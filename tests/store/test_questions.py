@@ -135,7 +135,12 @@ def test_histograms_agree_with_a_list(asked, criteria, column, bins):
 def options(criteria):
     """Return criteria as options of a command."""
     spans = {name: criteria[name] for name in model.RANGES if name in criteria}
-    texts = {name: ":".join("" if end is None else repr(end) for end in span) for name, span in spans.items()}
+    texts = {
+        name: str(span)
+        if isinstance(span, int)
+        else ":".join("" if end is None else repr(end) for end in span)
+        for name, span in spans.items()
+    }
     listed = [("--range", f"{name}={text}") for name, text in texts.items()]
     for name, option in (("exists", "--exists"), ("not_at", "--not-at")):
         listed += [(option, str(a)) for a in criteria.get(name, ())]

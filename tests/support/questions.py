@@ -74,6 +74,8 @@ CRITERIA = st.fixed_dictionaries(
         "margin": st.sampled_from([(None, 0.0), (0.05, 0.3)]),
         "lambda_c": st.just((0.38, 0.45)),
         "born": st.sampled_from([(0.1, 1.0), (None, 0.5)]),
+        "walls": st.sampled_from([0, 2, (1, None), (2, 3)]),
+        "quarter_length": st.sampled_from([(None, 6.0), (5.5, 12.0)]),
         "where": st.sampled_from(sorted(WHERE)),
     },
 )
