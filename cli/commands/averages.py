@@ -132,20 +132,15 @@ def _rows_of(
     Notes say what is missing and, for a table, what else is known. If `many`, the first column is a, and a
     cell is empty if the result for its a does not have the column.
     """
-    for result in results:
-        for text in (*result.notes, *(result.facts if output.table else ())):
-            at = f"a = {exact(result.selection.a)}"
-            note(f"{at}: {text}" if many and at not in text else text)
-    if not any(map(len, results)):
+    from orbitdb.answers.results import over_a
+
+    result = over_a(results) if many else results[0]
+    for text in (*result.notes, *(result.facts if output.table else ())):
+        note(text)
+    if not len(result):
         raise typer.Exit(1)
-    columns = dict.fromkeys(name for result in results if len(result) for name in result.columns)
-    names = [*(["a"] if many else []), *(name for name in columns if name not in hidden)]
-    rows = [
-        tuple(({"a": result.selection.a} | dict(zip(result.columns, row, strict=True))).get(n) for n in names)
-        for result in results
-        for row in result.rows()
-    ]
-    return names, rows
+    names = [name for name in result.columns if name not in hidden]
+    return names, list(result.rows(names))
 
 
 _NEAR = 0.05

@@ -13,7 +13,7 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.store.lives import Life
 from orbitdb.store.selection import Selection
-from orbitdb.text import shortened
+from orbitdb.text import exact, shortened
 
 if TYPE_CHECKING:
     import pandas
@@ -32,12 +32,12 @@ TRAJECTORIES = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """A small table, one row per period; the prompt shows its first rows, and print all.
+    """A small table, one row per period and a; the prompt shows its first rows, and print all.
 
     Attributes
     ----------
     selection : Selection
-        What was chosen.
+        What was chosen; at the first a, if there are several.
     columns : mapping of str to list
         The values of each column; None for a missing value.
     facts : tuple of str
@@ -107,8 +107,10 @@ class Result:
         Raises
         ------
         InputError
-            If the result does not have these averages.
+            If the result does not have these averages, or has several a.
         """
+        if "a" in self.columns:
+            raise InputError("this result has several a, and a figure shows one: ask for each a alone")
         needs = {"entropy": "h_zeta", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}
         kinds = [kind for kind, column in needs.items() if {"p", column} <= self.columns.keys() and len(self)]
         if not kinds or kind not in (None, *kinds):
@@ -120,6 +122,23 @@ class Result:
         wanted: str = kind or kinds[0]
         figure, what = ("entropy", (self,)) if wanted == "entropy" else ("exponent", (self, wanted))
         return drawn(f"curves.draw_{figure}", what, self.selection.describe(), ax)
+
+
+def over_a(results: Sequence[Result]) -> Result:
+    """Join results at several a into one, whose first column is ``a``.
+
+    A value is None if the result at its a does not have the column. Facts and notes begin with their a.
+    """
+    rows = [result for result in results if len(result)]
+    columns: dict[str, list[Any]] = {"a": [result.selection.a for result in rows for _ in range(len(result))]}
+    for name in dict.fromkeys(name for result in rows for name in result.columns):
+        columns[name] = [value for result in rows for value in result.columns.get(name, [None] * len(result))]
+
+    def said(kind: str) -> tuple[str, ...]:
+        pairs = [(f"a = {exact(each.selection.a)}", text) for each in results for text in getattr(each, kind)]
+        return tuple(text if at in text else f"{at}: {text}" for at, text in pairs)
+
+    return Result(results[0].selection, columns, said("facts"), said("notes"))
 
 
 class Births(Rows[Life]):

@@ -1,6 +1,6 @@
 """`Catalogue`, the main class of the library: a database of periodic orbits to fill, query and check."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -11,7 +11,7 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.lookup import find_or_solve, find_word
 from orbitdb.store.query import COLUMNS, choose
 from orbitdb.store.rows import rows_of
-from orbitdb.store.selection import Criteria, Selection, with_criteria
+from orbitdb.store.selection import Criteria, Selection, SelectionError, with_criteria
 from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root
 
 if TYPE_CHECKING:
@@ -217,8 +217,8 @@ class Catalogue(QuantumCatalogue):
     def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
         """Return the paper's Table 1: the numbers of words and orbits by period, and the entropy K_0.
 
-        The only parameters are ``a`` and ``p``; `Subset.table` counts the rows of other subsets. If a period
-        is not filled, its counts come from a sweep or from births.
+        The only parameters are ``a``, one or several, and ``p``; `Subset.table` counts the rows of other
+        subsets. If a period is not filled, its counts come from a sweep or from births.
 
         Examples
         --------
@@ -227,13 +227,13 @@ class Catalogue(QuantumCatalogue):
         """
         from orbitdb.answers.entropy import table
 
-        return self._answer(table, selection, criteria)
+        return self._result(table, selection, criteria)
 
     @with_criteria
     def entropy(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
         """Return the topological entropy estimated from chosen orbits, by period, and proved bounds on it.
 
-        The parameters are those of `select`.
+        The parameters are those of `select`; several ``a`` give one table, with ``a`` as its first column.
 
         Examples
         --------
@@ -242,7 +242,7 @@ class Catalogue(QuantumCatalogue):
         """
         from orbitdb.answers.entropy import entropy
 
-        return self._answer(entropy, selection, criteria)
+        return self._result(entropy, selection, criteria)
 
     @with_criteria
     def lyapunov(
@@ -255,6 +255,8 @@ class Catalogue(QuantumCatalogue):
     ) -> "Result":
         """Return the Lyapunov exponents averaged over orbits chosen as in `select`, by period and method.
 
+        Several ``a`` give one table, with ``a`` as its first column.
+
         Parameters
         ----------
         weight : str, optional
@@ -264,7 +266,26 @@ class Catalogue(QuantumCatalogue):
         """
         from orbitdb.answers.lyapunov import lyapunov
 
-        return self._answer(lyapunov, selection, criteria, weight, cut)
+        return self._result(lyapunov, selection, criteria, weight, cut)
+
+    def _result(
+        self,
+        function: Callable[..., "Result"],
+        selection: Selection | None,
+        criteria: Criteria,
+        *arguments: Any,
+    ) -> "Result":
+        """Return a result at one a, or joined results at several."""
+        asked = criteria.get("a")
+        if not isinstance(asked, Iterable):
+            return self._answer(function, selection, criteria, *arguments)
+        from orbitdb.answers.results import over_a
+
+        values = tuple(asked)
+        if not values:
+            raise SelectionError("a is an empty list: give at least one half length")
+        parts: list[Criteria] = [{**criteria, "a": a} for a in values]
+        return over_a([self._answer(function, selection, part, *arguments) for part in parts])
 
     def identify(
         self,

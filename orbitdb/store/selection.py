@@ -210,7 +210,7 @@ def unknown_column(name: str, columns: Sequence[str]) -> SelectionError:
 class Criteria(TypedDict, total=False):
     """Keyword arguments of `chosen_by`."""
 
-    a: float | None
+    a: float | Iterable[float] | None
     p: int | str | Iterable[int] | None
     status: Status | str | Iterable[Status | str] | None
     time_reversal: str | None

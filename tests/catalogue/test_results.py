@@ -8,7 +8,7 @@ import pytest
 from made_levels import keep_made_levels
 
 import orbitdb
-from orbitdb import Catalogue, Rows
+from orbitdb import Catalogue, InputError, Rows
 
 
 def with_levels(catalogue):
@@ -120,6 +120,21 @@ def test_a_long_result_shows_its_first_twenty_rows(catalogue):
     assert repr(births).splitlines()[0].startswith("representative")
     assert (type(births[1:]), births[1:][0], births[-1]) == (type(births), births[1], [*births][-1])
     assert repr(births[:0]) == "[]"
+
+
+def test_several_a_are_one_table(catalogue):
+    found = catalogue.table(a=[1.6, 2.0], p="2-4")
+    assert found.columns["a"] == [1.6] * 3 + [2.0]  # births give the counts of period 4 only
+    assert found["N_c"][:3] == catalogue.table(p="2-4")["N_c"]
+    assert any(note.startswith("a = 2: ") or "at a = 2" in note for note in found.notes)
+    one, both = catalogue.entropy(p="2-4"), catalogue.entropy(a=iter([1.6]), p="2-4")
+    assert both["h_zeta"] == one["h_zeta"]
+    with pytest.raises(InputError, match="ask for each a alone"):
+        both.plot()
+    with pytest.raises(InputError, match="at least one half length"):
+        catalogue.lyapunov(a=[])
+    with pytest.raises(InputError):
+        catalogue.select(a=[1.0, 1.6])
 
 
 def test_lists_and_results_are_tables_in_notebooks(catalogue):
