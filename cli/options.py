@@ -325,6 +325,13 @@ class Choice:
         str | None,
         typer.Option(metavar="SYMBOLS", help="Words that contain this sequence of symbols, in any rotation."),
     ] = None
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="SYMBOLS",
+            help="Words that do not contain this sequence of symbols, in any rotation; repeatable.",
+        ),
+    ] = None
     exists: Annotated[
         list[float] | None,
         number_option(
@@ -352,7 +359,8 @@ class Choice:
         str | None,
         typer.Option(
             metavar="SQL",
-            help="Rows for which this SQL expression holds; code = code('310') finds a word in any rotation.",
+            help="Rows for which this SQL expression holds; code = code('310') finds a word in any rotation, "
+            "contains(code, '0202') the words that contain 0202 in any rotation.",
         ),
     ] = None
     parameters: Parameters = None
@@ -372,6 +380,7 @@ class Choice:
             time_reversal=self.reversal,
             exists=self.exists or (),
             not_at=self.not_at or (),
+            without=self.without or (),
             parameters=parameters,
         )
         return replace(chosen, ranges=parse_bounds(self.bounds or ()))

@@ -234,7 +234,8 @@ def sql(
 
     The statement can read the views catalogue (one row per word; see 'orbitdb columns'), class (one row per
     class) and life (births and deaths). It cannot write, and is stopped after a minute. code =
-    code('310') finds a word in any rotation.
+    code('310') finds a word in any rotation, and contains(code, '0202') the words that contain 0202 in any
+    rotation.
     """
     from orbitdb.store.file import reading
     from orbitdb.store.where import hint, parse_parameters, run_statement

@@ -8,7 +8,14 @@ from typing import Any
 
 from orbitdb.answers.completeness import count, gaps
 from orbitdb.answers.results import PROVED, TABLE, Result
-from orbitdb.answers.whole_periods import Periods, WholePeriods, all_orbits, read_noted, with_lower
+from orbitdb.answers.whole_periods import (
+    Periods,
+    WholePeriods,
+    all_orbits,
+    avoids_patterns,
+    read_noted,
+    with_lower,
+)
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import divisors, every_period, of_divisors, standing
@@ -91,6 +98,8 @@ def entropy_of_rows(subset: WholePeriods, notes: Sequence[str] = ()) -> Result:
     """Return the topological entropy by period of orbits that were already read (`Subset.entropy`)."""
     said = list(notes)
     columns = _entropy(subset, subset.cycles(), said)
+    if avoids_patterns(subset.selection):
+        said.append("this is the growth rate of the orbits without the pattern, at most that of all orbits")
     return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, said)))
 
 

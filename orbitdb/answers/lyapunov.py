@@ -13,6 +13,7 @@ from orbitdb.answers.results import TRAJECTORIES, UP_TO_CUT, Result
 from orbitdb.answers.whole_periods import (
     WholePeriods,
     all_orbits,
+    avoids_patterns,
     read_noted,
     sum_rules_of,
     why_no_sum_rules,
@@ -129,6 +130,13 @@ AVERAGES = [
 ]  # fmt: skip
 """The averages, in the order of their columns."""
 
+_AVOIDED = (
+    "these are averages over the trajectories that never contain the pattern; ln z0 is the rate per bounce "
+    "at which other trajectories leave them, but long runs along a semicircle leave more slowly than "
+    "exponentially, so z0 keeps falling with the period"
+)
+"""What averages over the words without a pattern mean."""
+
 OF_AVERAGES = [
     Column(
         name, "number", f"{part}average {exponent}; {average.label.partition(' (')[0].replace('$', '')}", unit
@@ -192,7 +200,8 @@ def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str
     for average in AVERAGES:
         columns |= {name: [None] * len(p) for name in average.columns}
         columns |= standing(p, average.compute(given), average.needs, subset.periods)
-    notes += [why_no_sum_rules(subset), *subset.notes(given.sums)]
+    avoided = _AVOIDED if avoids_patterns(subset.selection) else ""
+    notes += [why_no_sum_rules(subset), *subset.notes(given.sums), avoided]
     return subset.rows_of(columns)
 
 

@@ -3,6 +3,7 @@
 Averages use only complete periods, filled or swept; sum rules need all orbits up to some period.
 """
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -191,6 +192,12 @@ def read_noted(
     if text := nothing(moment, subset.selection, swept=bool(subset.swept)):
         notes.append(text)
     return None
+
+
+def avoids_patterns(chosen: Selection) -> bool:
+    """Tell whether a subset leaves out the words that contain some pattern."""
+    without = chosen.where is not None and re.search(r"\bnot\s+contains\s*\(", chosen.where, re.IGNORECASE)
+    return bool(chosen.without or without)
 
 
 def all_orbits(chosen: Selection) -> bool:

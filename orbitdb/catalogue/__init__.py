@@ -181,6 +181,8 @@ class Catalogue(QuantumCatalogue):
             One or more statuses; a text such as ``orbit,boundary`` can name several.
         time_reversal, symmetry, contains, where, parameters : optional
             As in `Selection`.
+        without : str or iterable of str, optional
+            Patterns of symbols that the words must not contain, read cyclically, such as ``"0202"``.
         exists, not_at : float or iterable of float, optional
             Values of ``a`` at which the words must be orbits, and at which they must not be.
         length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float, float), optional

@@ -19,7 +19,7 @@ from urllib.parse import quote
 from orbitdb.errors import StoreError
 from orbitdb.store.paths import beside, need_place, place
 from orbitdb.store.schema import PAGE_SIZE, VIEWS
-from orbitdb.symbols.words import WordError, least_rotation, parse_primitive
+from orbitdb.symbols.words import WordError, contains_cyclic, least_rotation, parse_primitive
 
 BUSY_TIMEOUT = 5.0
 """Seconds that SQLite waits for a lock."""
@@ -131,7 +131,11 @@ def uri_of(path: Path, mode: str = "ro") -> str:
 
 
 def add_code(connection: Connection) -> None:
-    """Give a connection the function ``code()``: the least rotation of a word; NULL for anything else."""
+    """Give a connection the functions ``code()`` and ``contains()``.
+
+    ``code(word)`` is the least rotation of a word, and ``contains(word, pattern)`` 1 if the pattern occurs in
+    the cyclic word, else 0. Both are NULL for anything that is not a word.
+    """
 
     def code(word: object) -> str | None:
         try:
@@ -139,7 +143,13 @@ def add_code(connection: Connection) -> None:
         except WordError:
             return None
 
+    def contains(word: object, pattern: object) -> bool | None:
+        if not (isinstance(word, str) and isinstance(pattern, str) and word and pattern):
+            return None
+        return contains_cyclic(word, pattern)
+
     connection.create_function("code", 1, code, deterministic=True)
+    connection.create_function("contains", 2, contains, deterministic=True)
 
 
 # transactions

@@ -249,10 +249,19 @@ def condition_of(selection: Selection) -> tuple[str, dict[str, Any]]:
         conditions += [] if low is None else [f"{name} >= {bound(low)}"]
         conditions += [] if high is None else [f"{name} <= {bound(high)}"]
     if selection.contains is not None:
-        conditions.append(f"instr(code || code, {bound(selection.contains)}) > 0")
+        conditions.append(_has(selection.contains, bound(selection.contains)))
+    conditions += [f"NOT {_has(pattern, bound(pattern))}" for pattern in selection.without]
     if selection.where is not None:
         conditions.append(f"(\n{selection.where}\n)")
     return " AND ".join(conditions), values
+
+
+def _has(pattern: str, name: str) -> str:
+    """Return the condition that a cyclic word contains a pattern, the value of a name.
+
+    SQLite's own function is faster, but sees all positions only if the pattern is short enough.
+    """
+    return f"iif(p >= {len(pattern) - 1}, instr(code || code, {name}) > 0, contains(code, {name}))"
 
 
 _LIVES = f"""(SELECT sum(CASE WHEN kind = '{BORN}' AND a + {NEAR} * error < {{a}} THEN 1
@@ -270,7 +279,7 @@ def is_of_classes(selection: Selection) -> bool:
     Raises `SelectionError` if the expression of the selection is invalid.
     """
     by_class = selection.where is None or of_classes(selection.where, selection.parameters)
-    return by_class and selection.contains is None
+    return by_class and selection.contains is None and not selection.without
 
 
 def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:

@@ -55,6 +55,8 @@ class Selection:
         The exact symmetry label, such as ``x,T,xT``.
     contains : str or None
         Consecutive symbols of the word, read cyclically.
+    without : tuple of str
+        Patterns of consecutive symbols that the word must not contain, read cyclically.
     exists, not_at : tuple of float
         Values of a at which the word must be an orbit, and at which it must not be, judged by its births.
     ranges : mapping of str to (float or None, float or None)
@@ -71,6 +73,7 @@ class Selection:
     time_reversal: str | None = None
     symmetry: str | None = None
     contains: str | None = None
+    without: tuple[str, ...] = ()
     exists: tuple[float, ...] = ()
     not_at: tuple[float, ...] = ()
     ranges: Mapping[str, Bounds] = field(default_factory=dict, hash=False)
@@ -100,6 +103,8 @@ class Selection:
             parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")
         if self.contains:
             parts.append(f"containing {shortened(self.contains, 60)}")
+        if self.without:
+            parts.append(f"without {' or '.join(shortened(pattern, 60) for pattern in self.without)}")
         if self.exists or self.not_at:
             lists = (("", self.exists), ("not " if self.exists else "", self.not_at))
             spans = [f"{no}at a = {', '.join(map(exact, values))}" for no, values in lists if values]
@@ -216,6 +221,7 @@ class Criteria(TypedDict, total=False):
     time_reversal: str | None
     symmetry: str | None
     contains: str | None
+    without: str | Iterable[str] | None
     exists: float | Iterable[float]
     not_at: float | Iterable[float]
     where: str | None
@@ -275,6 +281,7 @@ def chosen_by(**criteria: Unpack[Criteria]) -> Selection:
         time_reversal=reversal,
         symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
         contains=parse(given["contains"]) if "contains" in given else None,
+        without=_patterns(given.get("without", ())),
         exists=_half_lengths(given.get("exists", ())),
         not_at=_half_lengths(given.get("not_at", ())),
         ranges={name: bounds for name, bounds in ranges.items() if bounds != (None, None)},
@@ -402,6 +409,12 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
             f"status {text!r}: the bouncing-ball family is never stored: 'orbitdb query 02' describes it"
         )
     return statuses
+
+
+def _patterns(values: str | Iterable[str]) -> tuple[str, ...]:
+    """Check one or more patterns of symbols, and drop duplicates."""
+    patterns = (values,) if isinstance(values, str) or not isinstance(values, Iterable) else values
+    return tuple(dict.fromkeys(map(parse, patterns)))
 
 
 def _half_lengths(values: float | Iterable[float]) -> tuple[float, ...]:

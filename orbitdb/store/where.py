@@ -15,7 +15,7 @@ from typing import Any
 from orbitdb.store.connection import Connection, add_code
 from orbitdb.store.schema import OF_WORD, SHARED, TABLES, VIEWS
 from orbitdb.store.selection import SelectionError
-from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive, primitive_root
+from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse, parse_primitive, primitive_root
 from orbitdb.text import guess, line, real, shortened
 
 Value = str | int | float
@@ -232,6 +232,8 @@ _LISTED = rf"\(?\s*{_ITEM}(?:\s*,\s*{_ITEM})*"
 _SIGN = r"(?:[=<>!]{1,2}|\b(?:is|not|like|glob|in|between)\b)"
 _COLUMN = r'(?:\b|")(?:code|representative)\b"?(?!\s*\()'
 _CALL = rf"\bcode\s*\(\s*({_ITEM})\s*\)"
+_SEARCH = rf"\bcontains\s*\([^,()]*,\s*({_ITEM})\s*\)"
+_LIKE = rf"{_COLUMN}\s*(?:not\s+)?(?:like|glob)\s*'[%*]([0-5]+)[%*]'"
 
 _COMPARED = re.compile(
     rf"{_COLUMN}\s*(?:{_SIGN}\s*)+(?!\s*\(?\s*code\s*\()(?P<right>{_LISTED})"
@@ -239,6 +241,7 @@ _COMPARED = re.compile(
     re.IGNORECASE,
 )
 _CALLED = re.compile(rf"{_CALL}|{_QUOTED}", re.IGNORECASE)
+_SEARCHED = re.compile(rf"{_SEARCH}|{_QUOTED}", re.IGNORECASE)
 _CONDITION = re.compile(
     rf"(?:^|\b(?:where|and|or|not|on|when|having)\b)[\s(]*(?:iif\s*\([^()]*,\s*)?{_CALL}(?:\s*,[^()]*)?[\s)]*"
     r"(?:$|\b(?:and|or|then|group|order|limit)\b)",
@@ -268,8 +271,8 @@ def _check_names(sql: str, parameters: Parameters) -> None:
 
 
 def _check_words(sql: str, parameters: Parameters) -> None:
-    """Raise `SelectionError` if SQL compares a code with a number, or calls ``code()`` wrongly."""
-    for item in (*_compared(sql), *_called(sql)):
+    """Raise `SelectionError` if SQL compares a code with a number, or calls a function of words wrongly."""
+    for item in (*_compared(sql), *_called(sql), *_searched(sql)):
         value = parameters.get(item[1:]) if item.startswith(":") else None
         if isinstance(value, int | float):
             raise SelectionError(f"{item} is the number {value}, but codes are texts: give it as '{value}'")
@@ -281,19 +284,27 @@ def _check_words(sql: str, parameters: Parameters) -> None:
             parse_primitive(word) if isinstance(word, str) else None
         except WordError as error:
             raise SelectionError(f"code({item}): {error}") from error
+    for item in _searched(sql):
+        pattern = item[1:-1] if item.startswith("'") else parameters.get(item[1:])
+        try:
+            parse(pattern) if isinstance(pattern, str) else None
+        except WordError as error:
+            raise SelectionError(f"contains(..., {item}): {error}") from error
     for bare in _CONDITION.finditer(sql):
         if not _BETWEEN.search(sql, 0, bare.start()):
             raise SelectionError(f"code({bare[1]}) is a word, not a condition: write code = code({bare[1]})")
 
 
 def hint(sql: str) -> str | None:
-    """Return a hint if SQL compares a code with a word that is not a least rotation, else None."""
+    """Return a hint if SQL compares a code with a word that is not a least rotation, or with part of it."""
     for item in _compared(sql):
         word = item[1:-1]
         if item.startswith("'") and word and set(word) <= set(SYMBOLS):
             root = primitive_root(word)
             if least_rotation(root) != word:
                 return f"no row has code = '{word}', as codes are least rotations: write code('{root}')"
+    if part := re.search(_LIKE, sql, re.IGNORECASE):
+        return f"this misses words that {part[1]} wraps around: write contains(code, '{part[1]}')"
     return None
 
 
@@ -306,6 +317,11 @@ def _compared(sql: str) -> list[str]:
 def _called(sql: str) -> list[str]:
     """Return the quoted texts, names and numbers that SQL passes to ``code()``."""
     return [match[1] for match in _CALLED.finditer(sql) if match[1]]
+
+
+def _searched(sql: str) -> list[str]:
+    """Return the quoted texts, names and numbers that SQL passes to ``contains()`` as patterns."""
+    return [match[1] for match in _SEARCHED.finditer(sql) if match[1]]
 
 
 def parse_parameters(texts: Iterable[str], sql: str) -> dict[str, Value]:
@@ -329,7 +345,8 @@ def _parameter(text: str, sql: str) -> tuple[str, Value]:
         raise SelectionError(f"-P {text!r}: write it as name=value")
     if len(value) > 1 and value[0] == value[-1] and value[0] in "'\"":
         return name, value[1:-1]
-    is_word = f":{name}" in (*_compared(sql), *_called(sql)) or (len(value) > 1 and value[0] == "0")
+    of_words = (*_compared(sql), *_called(sql), *_searched(sql))
+    is_word = f":{name}" in of_words or (len(value) > 1 and value[0] == "0")
     try:
         number: float = real(value)
     except ValueError:

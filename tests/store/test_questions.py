@@ -144,8 +144,9 @@ def options(criteria):
     listed = [("--range", f"{name}={text}") for name, text in texts.items()]
     for name, option in (("exists", "--exists"), ("not_at", "--not-at")):
         listed += [(option, str(a)) for a in criteria.get(name, ())]
+    listed += [("--without", pattern) for pattern in criteria.get("without", ())]
     named = {"time_reversal": "--reversal"}
-    plain = set(criteria) - {*spans, "exists", "not_at"}
+    plain = set(criteria) - {*spans, "exists", "not_at", "without"}
     listed += [(named.get(name, f"--{name}"), str(criteria[name])) for name in sorted(plain)]
     return [text for pair in listed for text in pair]
 

@@ -133,7 +133,9 @@ def _tests(
     )
     yield any(int(low) <= row["p"] <= int(high or low) for low, high in periods)
     yield from (criteria[name] == row[name] for name in ("time_reversal", "symmetry") if name in criteria)
-    yield criteria.get("contains", "") in row["code"] * 2
+    endless = row["code"] * 20
+    yield criteria.get("contains", "") in endless
+    yield not any(pattern in endless for pattern in criteria.get("without", ()))
     yield all(lives(row, a) for a in criteria.get("exists", ()))
     yield all(row["changes"] and not lives(row, a) for a in criteria.get("not_at", ()))
     yield from (_within(row[name], *_pair(criteria[name])) for name in RANGES if name in criteria)

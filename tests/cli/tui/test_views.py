@@ -28,6 +28,7 @@ VIEWS = [
     View(chosen_by(a=1.0, symmetry="T", contains="3", length=(None, 20.5), margin=(1e-4, 2))),
     View(chosen_by(a=1.6, where="length < :most -- 'short'", parameters={"most": 12}), Ordering("code")),
     View(chosen_by(a=1.6, status="geometric"), Ordering("code", True)),
+    View(chosen_by(a=1.6, without=["02", "31"], walls=2, quarter_length=(3, 9))),
 ]
 
 
