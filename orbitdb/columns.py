@@ -144,7 +144,9 @@ OF_ORBITS = [
            sql=_LAMBDA_C),
     Column("margin", "number",
            "smallest distance of a bounce from the end of its wall or semicircle; 0 at a joint, negative if "
-           "a bounce lies beyond the end", PLACE, "", PRUNED, sql="orbit.margin"),
+           "a bounce lies beyond the end. That of a dynamically pruned word belongs to its closed path, or, "
+           "if that path has a leg that the stadium does not allow, to the longest path without one",
+           PLACE, "", PRUNED, sql="orbit.margin"),
     Column("residual", "number",
            "largest violation of the law of reflection; the difference between the cosines of the two angles "
            "at a bounce, from the stored coordinates", "1", "", NO_ORBIT, sql="orbit.residual"),

@@ -93,7 +93,9 @@ class Selection:
             parts.append(f"of period {', '.join(spans)}")
         parts.append(f"at a = {_listed_values(stadiums or (self.a,))}")
         if self.time_reversal:
-            parts.append((_REVERSAL_OF_ONE if count == 1 else REVERSALS)[self.time_reversal])
+            said = (_REVERSAL_OF_ONE if count == 1 else REVERSALS)[self.time_reversal]
+            exist = self.statuses and {Status.ORBIT, Status.BOUNDARY}.issuperset(self.statuses)
+            parts.append(said.format(another="orbit" if exist else "word"))
         return " ".join(filter(None, [*map(printable, parts), self.describe_rest(count)]))
 
     def describe_rest(self, count: int | None = None) -> str:
@@ -132,7 +134,7 @@ _SUBJECTS = {
     Status.FAMILY: ("bouncing-ball family", "bouncing-ball families"),
     Status.UNRESOLVED: ("unresolved word", "unresolved words"),
 }
-REVERSALS = {"self": "that retrace their path", "pair": "whose time reverse is another orbit"}
+REVERSALS = {"self": "that retrace their path", "pair": "whose time reverse is another {another}"}
 _REVERSAL_OF_ONE = REVERSALS | {"self": "that retraces its path"}
 
 

@@ -56,7 +56,7 @@ def test_no_argument_of_a_wrong_type_gives_a_bare_python_error(catalogue, method
         (lambda c: c.simulate(seed=-1), "seed = -1: give a whole number, 0 or more"),
         (lambda c: c.verify(seed="x"), "seed = 'x': give a whole number, 0 or more"),
         (lambda c: c.fill("2", workers=2), "workers = 2: give an open Cluster"),
-        (lambda c: c.assess("x"), "the levels are no numbers"),
+        (lambda c: c.assess("x"), "the levels must be numbers"),
         (lambda c: c.spectrum({}), "lengths {}: give a range"),
         (lambda c: c.select().averages(weight=[]), r"weight = \[\]: give a string"),
         (lambda c: orbitdb.Catalogue(7.5), r"path = 7\.5: give a path or a string"),

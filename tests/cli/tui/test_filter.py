@@ -166,7 +166,7 @@ async def test_statuses_are_picked_from_a_list(filled_once):
         places = [shown(app).index(text) for text in ("statuses", "[ ] an unstable", "space marks")]
         assert places == sorted(places)  # the title, the names and the hint follow one another
         await press(pilot, "space", "j", "j", "space")
-        assert "its fixed point leaves the stadium at this a" in shown(app)
+        assert "the closed path of this word leaves the stadium at this a" in shown(app)
         assert "[x] an unstable periodic orbit" in shown(app)
         assert "[ ] dynamically pruned" in shown(app)
         assert "[x] runs exactly through a joint" in shown(app)
