@@ -328,7 +328,10 @@ OF_LIVES = [
 
 OF_BOUNDS = [
     Column(
-        "window", "integer", "length of the longest windows examined, in edges; windows are pieces of a path"
+        "window",
+        "integer",
+        "number of edges of the longest windows examined; a window is a piece of a path, and an edge leads "
+        "from one bounce to the next",
     ),
     Column("lower", "number", "proved lower bound on the topological entropy per bounce", "1", "proved"),
     Column("upper", "number", "proved upper bound on the topological entropy per bounce", "1", "proved"),

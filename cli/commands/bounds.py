@@ -71,12 +71,12 @@ def bounds(
 ) -> None:
     """Prove bounds on the topological entropy per bounce; no orbits are needed.
 
-    A window is a stretch of a code that is decided for all its continuations at once. Each row is for one
-    window length. windows is the number of windows examined so far, where mirror images and reversals count
-    once, and undecided is the number of windows of this length that could not be decided. All numbers are
-    rounded outward. The search ends as soon as it reaches --window, --width or --time. For several a, you see
-    the last row of each a, and --time applies to each a. If there is a catalogue, the bounds are saved in it,
-    and 'orbitdb entropy' shows them.
+    A window is a piece of a path, whatever the path does before and after. Its length is counted in edges,
+    from one bounce to the next. Each row is for one window length. windows is the number of windows examined
+    so far, where mirror images and reversals count once, and undecided is the number of windows of this
+    length that could not be decided. All numbers are rounded outward. The search ends as soon as it reaches
+    --window, --width or --time. For several a, you see the last row of each a, and --time applies to each a.
+    If there is a catalogue, the bounds are saved in it, and 'orbitdb entropy' shows them.
     """
     from orbitdb.filling.records import find_bounds, limits_of
 

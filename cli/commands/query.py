@@ -230,7 +230,7 @@ def columns(
     output.write(COLUMN_KEYS, rows)
 
 
-def _write_table(rows: list[tuple[str, ...]], first: int) -> None:
+def _write_table(rows: Sequence[tuple[str, ...]], first: int) -> None:
     """Write one line per column, with its meaning wrapped, and an empty line after the `first` ones."""
     lines = [("column", "unit", "bounded by", "means"), *rows]
     widths = [max(len(line[k]) for line in lines) for k in range(3)]

@@ -133,9 +133,9 @@ def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | No
     closest = tightest_bounds(moment, a)
     if closest is None:
         return None
-    line = f"entropy of all orbits: {closest.between}, proved by {closest.basis}"
+    line = f"entropy of all orbits: {closest.between}, proved from {closest.basis}"
     surer = None if closest.proof == BALLS else tightest_bounds(moment, a, BALLS)
-    return closest, line + ("" if surer is None else f"; {surer.between} by {surer.basis}")
+    return closest, line + ("" if surer is None else f"; {surer.between} from {surer.basis}")
 
 
 def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
@@ -147,7 +147,7 @@ def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
     if stored is not None and stored[0].width <= computed.width:
         return stored
     closer = f"'orbitdb bounds --a {exact(a)}' finds tighter ones"
-    return computed, f"entropy of all orbits: {computed.between}, proved by {computed.basis}; {closer}"
+    return computed, f"entropy of all orbits: {computed.between}, proved from {computed.basis}; {closer}"
 
 
 @cache

@@ -154,7 +154,8 @@ class Spectrum(Drawn):
         of_orbit = terms.orbit >= 0
         codes = np.append(self.codes, _FAMILY)[terms.orbit].tolist()
         own = [
-            np.where(of_orbit, values, None).tolist() for values in (terms.lyapunov, terms.maslov, terms.sign)
+            [value if belongs else None for value, belongs in zip(values, of_orbit.tolist(), strict=True)]
+            for values in (terms.lyapunov.tolist(), terms.maslov.tolist(), terms.sign.tolist())
         ]
         shared = terms.repetitions.tolist(), terms.length.tolist()
         return list(zip(codes, map(len, codes), *shared, *own, *_parts(terms.amplitude + 0.0), strict=True))

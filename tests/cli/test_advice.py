@@ -2,6 +2,7 @@
 
 import math
 import shutil
+from functools import partial
 
 import pytest
 from contents import alter, answer
@@ -128,10 +129,10 @@ def test_a_list_by_quarter_length_misses_nothing_below_the_length_it_names(tmp_p
     few, many = (Catalogue.create(tmp_path / f"{p}.db", 1.0) for p in (8, 11))
     few.fill("2-8")
     many.fill("2-11")
-    asked = {"status": "orbit", "order": "quarter_length", "limit": 30}
+    ask = partial(Catalogue.select, status="orbit", order="quarter_length", limit=30, classes=True)
     told = answer(few.path, complete_by_length, Selection(1.0), "quarter_length")
     end = float(there(told).split("quarter_length ")[1].split(";")[0])
-    short = [each.select(**asked, classes=True) for each in (few, many)]
+    short = [ask(each) for each in (few, many)]
     lists = [each.code[each.quarter_length <= end].tolist() for each in short]
     assert lists[0] == lists[1] == ["13"]
     assert short[0].code.tolist() != short[1].code.tolist()

@@ -92,8 +92,8 @@ def test_a_pattern_longer_than_a_word_is_read_round_and_round(varied):
     catalogue = Catalogue(varied)
     for pattern in ("13131", "1313131313", "01301"):
         wanted = {word for (word,) in catalogue.rows(columns=("code",)) if pattern in word * 12}
-        for criteria in ({"contains": pattern}, {"where": f"contains(code, '{pattern}')"}):
-            assert set(catalogue.select(**criteria).code.tolist()) == wanted != set()
+        for chosen in (chosen_by(contains=pattern), chosen_by(where=f"contains(code, '{pattern}')")):
+            assert set(catalogue.select(chosen).code.tolist()) == wanted != set()
 
 
 def test_averages_without_a_pattern_say_what_they_mean(filled, cli):

@@ -128,7 +128,8 @@ def test_proved_bounds_are_stored_once_and_read_back(filled, cli):
     assert (surer.window, surer.proof) == (4, "balls")
     assert surer.width > closest.width
     (line,) = catalogue.table(p=3).facts
-    assert line.endswith(f"{closest.between}, proved by {closest.basis}; {surer.between} by {surer.basis}")
+    sources = f"proved from {closest.basis}; {surer.between} from {surer.basis}"
+    assert line.endswith(f"{closest.between}, {sources}")
     assert [(each.a, each.window) for each in catalogue.entropy_curve()] == [(0.5, 4), (1.6, 11)]
     assert [each.a for each in catalogue.entropy_curve(proof="balls")] == [1.6]
     assert catalogue.entropy_bounds(a=3) is None
