@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import partial
 
 from textual.app import ComposeResult
@@ -56,6 +57,7 @@ class RowsPanel(Vertical, Working):
         self.position = Position(self.table, lambda: self.reads)
         self.border_title = "words"
         self._asked: Selection | None = None
+        self._unfiltered: Selection | None = None  # what `total` counts
         self._orbit: Orbit | None = None  # the current one
         self.set_reactive(RowsPanel.columns, known_columns(kept.state.columns))
         self.set_reactive(RowsPanel.marked, frozenset(kept.state.marked))
@@ -111,7 +113,9 @@ class RowsPanel(Vertical, Working):
         """
         if (catalogue := self._file.reader) is None:
             return
-        ordering, total = self.ordering, self.total
+        ordering = self.ordering
+        unfiltered = replace(selection, where=None, parameters={})
+        total = self.total if unfiltered == self._unfiltered else None
         fields = tuple(dict.fromkeys((*self.columns, "status", ordering.column)))
         self._asked = selection
         self.report = self.border_title = _AT_WORK[ordering != self.table.ordering]
@@ -126,13 +130,14 @@ class RowsPanel(Vertical, Working):
                 if nothing and (selection, ordering) == (everything, Ordering()):
                     yield Pages(catalogue, choose(moment, selection, most=_FIRST), fields), gaps, None
                 chosen = choose(moment, selection, str(ordering), cancelled=cancelled)
-                count = len(chosen) if selection == everything else total
+                count = len(chosen) if selection == unfiltered else total
                 if count is None:
-                    count = len(choose(moment, everything, cancelled=cancelled))
+                    count = len(choose(moment, unfiltered, cancelled=cancelled))
             yield Pages(catalogue, chosen, fields), gaps, count
 
         def show(reading: _Reading) -> None:
             rows, gaps, self.total = reading
+            self._unfiltered = unfiltered
             self.table.ordering = ordering
             self.say_gaps(*gaps)
             if self.total is not None:
