@@ -194,6 +194,12 @@ class Table:
     def __len__(self) -> int:
         raise NotImplementedError
 
+    def _repr_html_(self) -> str:
+        columns = {name: values[:MOST_SHOWN] for name, values in self._columns_shown().items()}
+        more = len(self) - MOST_SHOWN
+        rest = f"<p>… and {more:,} more</p>" if more > 0 else ""
+        return f"<p>{escape(str(self).strip('<>'))}</p>{html_of(columns)}{rest}"
+
     def __repr__(self) -> str:
         table = text_table(self._columns_shown(), MOST_SHOWN, len(self)) if len(self) else []
         return "\n".join([str(self), *table])

@@ -206,8 +206,8 @@ def _show_length(
     length: float, tolerance: float | None, limit: int | None, a: float | None, db: Path, output: Output
 ) -> int:
     """Write the stored orbits of a given length; return the number of rows."""
-    from orbitdb.answers.completeness import describe_fills
-    from orbitdb.answers.identification import identify_length
+    from orbitdb.answers.completeness import complete_length, describe_fills
+    from orbitdb.answers.identification import SAME_LENGTH, identify_length
     from orbitdb.orbits.status import Status
     from orbitdb.store.fills import read_fills
 
@@ -222,12 +222,14 @@ def _show_length(
         fills = read_fills(moment, a)
         among = describe_fills(fills, a) if fills else f"single words at a = {exact(a)}"
         nearest = () if orbits else identify_length(moment, a, length, 1.0, 1)
+        farthest = length + (SAME_LENGTH if tolerance is None else tolerance)
+        complete = farthest < (complete_length(fills, chosen) or 0)
     candidates = several(len(orbits), "candidate") if orbits else "no candidates"
     for orbit in nearest:
         times = f"{orbit.repetitions} x {orbit.code}" if orbit.repetitions > 1 else orbit.code
         enough = float(f"{1.05 * abs(orbit.difference):.2g}")
         note(f"the nearest orbit is {times} of length {orbit.total:.7f}: --tolerance {enough:g} finds it")
     if fills or orbits:  # otherwise another note says that nothing was searched
-        note(f"{candidates} among {among}, one per symmetry class{_rest(count, len(orbits))}; "
-             "orbits of longer periods may have this length, too")  # fmt: skip
+        beyond = "complete, by proof" if complete else "orbits of longer periods may have this length, too"
+        note(f"{candidates} among {among}, one per symmetry class{_rest(count, len(orbits))}; {beyond}")
     return count

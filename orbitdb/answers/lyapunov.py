@@ -132,8 +132,8 @@ AVERAGES = [
 
 _AVOIDED = (
     "these are averages over the trajectories that never contain the pattern; ln z0 is the rate per bounce "
-    "at which other trajectories leave them, but long runs along a semicircle leave more slowly than "
-    "exponentially, so z0 keeps falling with the period"
+    "at which other trajectories leave them. If they include long runs along a semicircle, which are left "
+    "more slowly than exponentially, z0 keeps falling with the period"
 )
 """What averages over the words without a pattern mean."""
 

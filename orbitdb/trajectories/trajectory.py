@@ -211,7 +211,7 @@ def trajectory(
     >>> path.symbol.tolist(), path.x.round(6).tolist()
     ([2, 0, 3], [0.38878, 1.166339, 1.923052])
     >>> path = trajectory(1.6, bounces=10_000, seed=3)
-    >>> round(path.lyapunov[-1] / len(path), 2)
+    >>> print((path.lyapunov[-1] / len(path)).round(2))
     0.91
     """
     stadium = as_stadium(stadium)

@@ -124,6 +124,19 @@ def test_a_list_ordered_or_bounded_by_a_length_says_how_far_it_is_complete(
     assert proved - 0.01 < shown <= proved
 
 
+@pytest.mark.parametrize(
+    ("length", "tolerance", "said"),
+    [
+        ("10.4", "0.001", "complete, by proof"),
+        ("11.1", "0.5", "may have this length, too"),
+        ("20.8", "0.001", "may have this length, too"),
+    ],
+)
+def test_the_orbits_of_a_short_length_are_complete(cli, filled, length, tolerance, said):
+    found = cli("identify", "--length", length, "--tolerance", tolerance, "--db", str(filled))
+    assert found.err.splitlines()[-1].endswith(said)
+
+
 def test_a_list_by_quarter_length_misses_nothing_below_the_length_it_names(tmp_path, cli):
     """A further fill adds no row there; it did, where nothing was said."""
     few, many = (Catalogue.create(tmp_path / f"{p}.db", 1.0) for p in (8, 11))

@@ -247,6 +247,10 @@ def test_a_trajectory_is_a_table_and_a_picture():
     path = trajectory(Stadium(1.0), 0.2, -1, 1.0, 5)
     assert str(path) == "<5 bounces at a = 1>"
     assert repr(path).splitlines()[1].split()[:4] == ["x", "y", "angle", "symbol"]
+    assert path._repr_html_().count("<tr>") == 6
+    long = trajectory(1.0, seed=1, bounces=30)
+    assert long._repr_html_().count("<tr>") == 21
+    assert "… and 10 more" in long._repr_html_()
     frame = path.to_pandas()
     assert list(frame.columns) == ["x", "y", "angle", "symbol", "path", "error", "lyapunov"]
     assert frame["x"].tolist() == path.x.tolist()
