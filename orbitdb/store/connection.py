@@ -12,6 +12,7 @@ import sqlite3
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 from urllib.parse import quote
@@ -19,7 +20,7 @@ from urllib.parse import quote
 from orbitdb.errors import StoreError
 from orbitdb.store.paths import beside, need_place, place
 from orbitdb.store.schema import PAGE_SIZE, VIEWS
-from orbitdb.symbols.words import WordError, contains_cyclic, least_rotation, parse_primitive
+from orbitdb.symbols.words import WordError, contains_cyclic, least_rotation, parse, parse_primitive
 
 BUSY_TIMEOUT = 5.0
 """Seconds that SQLite waits for a lock."""
@@ -143,10 +144,18 @@ def add_code(connection: Connection) -> None:
         except WordError:
             return None
 
-    def contains(word: object, pattern: object) -> bool | None:
-        if not (isinstance(word, str) and isinstance(pattern, str) and word and pattern):
+    @lru_cache(maxsize=64)
+    def symbols_of(pattern: str) -> str | None:
+        try:
+            return parse(pattern)
+        except WordError:
             return None
-        return contains_cyclic(word, pattern)
+
+    def contains(word: object, pattern: object) -> bool | None:
+        symbols = symbols_of(pattern) if isinstance(pattern, str) else None
+        if not (isinstance(word, str) and word and symbols):
+            return None
+        return contains_cyclic(word, symbols)
 
     connection.create_function("code", 1, code, deterministic=True)
     connection.create_function("contains", 2, contains, deterministic=True)

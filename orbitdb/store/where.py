@@ -286,6 +286,8 @@ def _check_words(sql: str, parameters: Parameters) -> None:
             raise SelectionError(f"code({item}): {error}") from error
     for item in _searched(sql):
         pattern = item[1:-1] if item.startswith("'") else parameters.get(item[1:])
+        if item.lower() == "code":
+            raise SelectionError("contains() takes the word first: write contains(code, '0202')")
         try:
             parse(pattern) if isinstance(pattern, str) else None
         except WordError as error:

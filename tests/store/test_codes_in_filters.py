@@ -54,6 +54,7 @@ def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, fou
         ({"where": "not contains(code, '0202')"}, "0202"),
         ({"where": "contains(code, :w) = 0", "parameters": {"w": "0202"}}, "0202"),
         ({"without": "(02)^2 1"}, "02021"),
+        ({"where": "not contains(code, '(02)^2 1')"}, "02021"),
     ],
 )
 def test_words_without_a_pattern_are_those_that_never_contain_it(filled, criteria, pattern):
@@ -143,6 +144,7 @@ def test_a_pruned_word_is_found_if_its_status_is_named(catalogue):
         ("contains(code, 0202)", "write words in quotes: '0202', not 0202"),
         ("contains(code, '0207')", r"contains\(..., '0207'\): .*symbol '7'"),
         ("contains(code)", "wrong number of arguments"),
+        ("contains('0202', code)", r"the word first: write contains\(code, '0202'\)"),
         ("code(:w)", "-P name=value"),
         ("load_extension('evil') IS NULL", "it may not load extensions"),
     ],
