@@ -103,7 +103,7 @@ class Catalogue:
     <Catalogue orbits.db: periods 2-11 at a = 1.6>
     >>> round(catalogue["1232131"].length, 9), "1232131" in catalogue, len(catalogue)
     (22.454362411, True, 89789)
-    >>> catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35))
+    >>> print(catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35)))
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
     Each question reads the file as it is at that moment; `snapshot` asks several questions at one moment. If
@@ -202,7 +202,8 @@ class Catalogue:
     def engine(self) -> "sqlalchemy.Engine":
         """SQLAlchemy's engine for SQL of your own, such as ``pandas.read_sql(query, catalogue.engine)``.
 
-        Its connections read the tables and views of `orbitdb sql`, and know ``code()``; they cannot write.
+        Its connections read the tables and views of `orbitdb sql`, and know ``code()`` and ``contains()``;
+        they cannot write.
         """
         return self._file.engine
 
@@ -447,7 +448,7 @@ class Catalogue:
             Columns to sort by, separated by commas; ``desc`` after a name, or ``-`` before it, reverses the
             order. Ties are broken by period, representative and element, in ascending order.
         limit, offset : int, optional
-            Maximum number of rows to yield, and number of rows to skip first.
+            Maximum number of rows to yield, and number of rows to skip first, both at each a.
         classes : bool, optional
             Whether to return one row per symmetry class with chosen words, that of its representative.
 
@@ -490,6 +491,7 @@ class Catalogue:
         selection: Selection | None = None,
         *,
         order: str = "p",
+        limit: int | None = None,
         coordinates: bool = False,
         classes: bool = False,
         **criteria: Unpack[Criteria],
@@ -502,8 +504,10 @@ class Catalogue:
             The subset; you can give the criteria below instead.
         order : str, optional
             Columns to sort by, as in `rows`.
+        limit : int, optional
+            Maximum number of entries; the subset knows how many there are in all (`Subset.total`).
         coordinates : bool, optional
-            Whether to read the coordinates as well.
+            Whether to read the coordinates at once; otherwise they are read when they are needed.
         classes : bool, optional
             Whether to return one entry per symmetry class with chosen words, its representative.
         a : float, optional
@@ -514,10 +518,14 @@ class Catalogue:
             One or more statuses; a text such as ``orbit,boundary`` can name several.
         time_reversal, symmetry, contains, where, parameters : optional
             As in `Selection`.
+        without : str or iterable of str, optional
+            Patterns of symbols that the words must not contain, read cyclically, such as ``"0202"``.
         exists, not_at : float or iterable of float, optional
             Values of ``a`` at which the words must be orbits, and at which they must not be.
-        length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float or None, float or None), optional
+        length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float, float), optional
             Least and greatest value, or None for no limit, as in ``length=(3, None)``.
+        walls : int or (int, int), optional
+            Number of bounces on straight walls, or its least and greatest value.
 
         Raises
         ------
@@ -526,12 +534,13 @@ class Catalogue:
 
         Examples
         --------
-        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).codes
+        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).code
         array(['13', '013', '031', '132', '123'], dtype=StringDType())
         """
         from orbitdb.answers.subset import read_subset
 
-        return self._answer(read_subset, selection, criteria, order, coordinates, classes)
+        most = None if limit is None else need_whole("limit", limit, 0)
+        return self._answer(read_subset, selection, criteria, order, coordinates, classes, most)
 
     @with_criteria
     def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "OrbitClasses":
@@ -544,11 +553,13 @@ class Catalogue:
         return self._answer(read_classes, selection, criteria)
 
     @with_criteria
-    def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+    def table(
+        self, selection: "Selection | Sequence[Selection] | None" = None, **criteria: Unpack[Criteria]
+    ) -> "Result":
         """Return the paper's Table 1: the numbers of words and orbits by period, and the entropy K_0.
 
-        The only parameters are ``a`` and ``p``; `Subset.table` counts the rows of other subsets. If a period
-        is not filled, its counts come from a sweep or from births.
+        The only parameters are ``a``, one or several, and ``p``; `Subset.table` counts the rows of other
+        subsets. If a period is not filled, its counts come from a sweep or from births.
 
         Examples
         --------
@@ -557,13 +568,15 @@ class Catalogue:
         """
         from orbitdb.answers.entropy import table
 
-        return self._answer(table, selection, criteria)
+        return self._result(table, selection, criteria)
 
     @with_criteria
-    def entropy(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+    def entropy(
+        self, selection: "Selection | Sequence[Selection] | None" = None, **criteria: Unpack[Criteria]
+    ) -> "Result":
         """Return the topological entropy estimated from chosen orbits, by period, and proved bounds on it.
 
-        The parameters are those of `select`.
+        The parameters are those of `select`; several ``a`` give one table, with ``a`` as its first column.
 
         Examples
         --------
@@ -572,12 +585,12 @@ class Catalogue:
         """
         from orbitdb.answers.entropy import entropy
 
-        return self._answer(entropy, selection, criteria)
+        return self._result(entropy, selection, criteria)
 
     @with_criteria
     def lyapunov(
         self,
-        selection: Selection | None = None,
+        selection: "Selection | Sequence[Selection] | None" = None,
         *,
         weight: str = "exp",
         cut: float | None = None,
@@ -585,6 +598,8 @@ class Catalogue:
         **criteria: Unpack[Criteria],
     ) -> "Result":
         """Return the Lyapunov exponents averaged over orbits chosen as in `select`, by period and method.
+
+        Several ``a`` give one table, with ``a`` as its first column.
 
         Parameters
         ----------
@@ -598,7 +613,7 @@ class Catalogue:
         from orbitdb.answers.lyapunov import lyapunov
 
         with telling(progress, "averaging") as tell:
-            return self._answer(lyapunov, selection, criteria, weight, cut, tell)
+            return self._result(lyapunov, selection, criteria, weight, cut, tell)
 
     @with_criteria
     def write_dataset(
@@ -1314,6 +1329,23 @@ class Catalogue:
         if named.get("a") is None:
             named["a"] = self.a
         return chosen_by(**named)
+
+    def _result(
+        self,
+        function: "Callable[..., Result]",
+        selection: Selection | Sequence[Selection] | None,
+        criteria: Criteria,
+        *arguments: Any,
+    ) -> "Result":
+        """Return a result at one a, or the joined results at several."""
+        from orbitdb.answers.results import over_a
+
+        one = isinstance(selection, Selection) or (
+            selection is None and not isinstance(criteria.get("a"), Iterable)
+        )
+        with self.snapshot() as moment:
+            parts = [function(moment, chosen, *arguments) for chosen in self._several(selection, criteria)]
+        return parts[0] if one else over_a(parts)
 
     def _several(
         self, selection: Selection | Sequence[Selection] | None, criteria: Criteria

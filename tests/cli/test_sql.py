@@ -18,6 +18,13 @@ EVERY = [each for _, group in GROUPS for each in group]
 def test_the_table_of_columns_says_what_json_says(cli, monkeypatch, width):
     monkeypatch.setenv("COLUMNS", width)
     catalogue, others = cli("columns").out.split("\n\n")
+    some = cli("columns", "margin", "quarter_length")
+    assert [line.split()[0] for line in some.out.splitlines() if not line.startswith(" ")] == [
+        "column", "quarter_length", "margin"
+    ]  # fmt: skip
+    assert [row["of"] for row in json.loads(cli("columns", "code", "--json").out)] == ["word"]
+    assert len(json.loads(cli("columns", "error", "--json").out)) == 2  # of an orbit and of a level
+    assert cli("columns", "lenght").says(2, "column 'lenght': did you mean length?")
     head, *lines = cast(list[str], [*catalogue.splitlines(), *others.splitlines()])
     unit, bound, means = (head.index(name) for name in ("unit", "bounded by", "means"))
     found: list[list[str]] = []
