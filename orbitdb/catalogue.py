@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, Self, TypeGuard, TypeVar, Unpack
 
 from sqlalchemy import Connection
 from sqlalchemy.exc import ResourceClosedError
@@ -1340,24 +1340,22 @@ class Catalogue:
         """Return a result at one a, or the joined results at several."""
         from orbitdb.answers.results import over_a
 
-        one = isinstance(selection, Selection) or (
-            selection is None and not isinstance(criteria.get("a"), Iterable)
-        )
+        several = isinstance(selection, Sequence) or _are_many(criteria.get("a"))
         with self.snapshot() as moment:
             parts = [function(moment, chosen, *arguments) for chosen in self._several(selection, criteria)]
-        return parts[0] if one else over_a(parts)
+        return over_a(parts) if several else parts[0]
 
     def _several(
         self, selection: Selection | Sequence[Selection] | None, criteria: Criteria
     ) -> tuple[Selection, ...]:
         """Return the chosen subset at each a."""
         values = criteria.get("a")
-        if selection is None and isinstance(values, Iterable) and not isinstance(values, str):
+        if selection is None and _are_many(values):
             named = criteria.copy()
             named["a"] = None
             one = chosen_by(**named)
             chosen = tuple(replace(one, a=Stadium(a).a) for a in values)
-        elif isinstance(selection, Selection | None):
+        elif not isinstance(selection, Sequence):
             return (self._chosen(selection, criteria),)
         else:
             chosen = tuple(self._chosen(one, criteria) for one in selection)
@@ -1367,6 +1365,11 @@ class Catalogue:
 
     def _at(self, a: float | None) -> float:
         return self.a if a is None else Stadium(a).a
+
+
+def _are_many(a: float | Iterable[float] | None) -> TypeGuard[Iterable[float]]:
+    """Tell whether several values of a are given."""
+    return isinstance(a, Iterable) and not isinstance(a, str)
 
 
 @contextmanager

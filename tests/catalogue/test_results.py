@@ -131,7 +131,7 @@ def test_several_a_are_one_table(catalogue):
     assert both["h_zeta"] == one["h_zeta"]
     with pytest.raises(InputError, match="ask for each a alone"):
         both.plot()
-    with pytest.raises(InputError, match="at least one half length"):
+    with pytest.raises(InputError, match="give one a or more"):
         catalogue.lyapunov(a=[])
     with pytest.raises(InputError):
         catalogue.select(a=[1.0, 1.6])
