@@ -7,17 +7,14 @@ from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, TypeGuard, TypeVar, Unpack
-
-from sqlalchemy import Connection
-from sqlalchemy.exc import ResourceClosedError
+from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import AlteredError, InputError, StoreError, need_whole
 from orbitdb.extras import Rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, nobody, telling
-from orbitdb.store.connection import never
+from orbitdb.store.connection import ClosedError, Connection, never
 from orbitdb.store.file import Store
 from orbitdb.store.lookup import (
     WITH_ORBITS,
@@ -457,7 +454,7 @@ class Catalogue:
         >>> for code, length in catalogue.rows(p="2-11", order="length", limit=2, columns=("code", "length")):
         ...     print(code, round(length, 6))
         13 10.4
-        013 10.830391
+        013 10.850685
         """
         from orbitdb.answers.listing import Listing
         from orbitdb.store.query import COLUMNS
@@ -1316,6 +1313,21 @@ class Catalogue:
         with self.snapshot() as moment:
             return function(moment, chosen, *arguments)
 
+    def _result(
+        self,
+        function: Callable[..., "Result"],
+        selection: Selection | Sequence[Selection] | None,
+        criteria: Criteria,
+        *arguments: Any,
+    ) -> "Result":
+        """Return a result at one a, or joined results at several."""
+        from orbitdb.answers.results import over_a
+
+        one = isinstance(selection, Selection | None) and not isinstance(criteria.get("a"), Iterable)
+        with self.snapshot() as moment:
+            results = [function(moment, chosen, *arguments) for chosen in self._several(selection, criteria)]
+        return results[0] if one else over_a(results)
+
     def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:
         if selection is not None and criteria:
             raise SelectionError("give a Selection or criteria, not both")
@@ -1330,27 +1342,12 @@ class Catalogue:
             named["a"] = self.a
         return chosen_by(**named)
 
-    def _result(
-        self,
-        function: "Callable[..., Result]",
-        selection: Selection | Sequence[Selection] | None,
-        criteria: Criteria,
-        *arguments: Any,
-    ) -> "Result":
-        """Return a result at one a, or the joined results at several."""
-        from orbitdb.answers.results import over_a
-
-        several = isinstance(selection, Sequence) or _are_many(criteria.get("a"))
-        with self.snapshot() as moment:
-            parts = [function(moment, chosen, *arguments) for chosen in self._several(selection, criteria)]
-        return over_a(parts) if several else parts[0]
-
     def _several(
         self, selection: Selection | Sequence[Selection] | None, criteria: Criteria
     ) -> tuple[Selection, ...]:
         """Return the chosen subset at each a."""
         values = criteria.get("a")
-        if selection is None and _are_many(values):
+        if selection is None and isinstance(values, Iterable) and not isinstance(values, str):
             named = criteria.copy()
             named["a"] = None
             one = chosen_by(**named)
@@ -1367,17 +1364,12 @@ class Catalogue:
         return self.a if a is None else Stadium(a).a
 
 
-def _are_many(a: float | Iterable[float] | None) -> TypeGuard[Iterable[float]]:
-    """Tell whether several values of a are given."""
-    return isinstance(a, Iterable) and not isinstance(a, str)
-
-
 @contextmanager
 def _joined(opened: Connection) -> Iterator[Connection]:
     """Yield the connection of a snapshot; a generator may be asked for rows after the snapshot."""
     try:
         yield opened
-    except ResourceClosedError:
+    except ClosedError:
         raise InputError("the snapshot of these rows has ended: read them within its with block") from None
 
 

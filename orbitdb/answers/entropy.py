@@ -6,8 +6,6 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from sqlalchemy import Connection
-
 from orbitdb.answers.completeness import count, gaps
 from orbitdb.answers.results import PROVED, TABLE, Result
 from orbitdb.answers.whole_periods import (
@@ -24,6 +22,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import Status
+from orbitdb.store.connection import Connection
 from orbitdb.store.results import tightest_bounds
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.text import exact

@@ -10,8 +10,6 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import Connection
-
 from orbitdb import __version__
 from orbitdb.answers.completeness import (
     complete_by_length,
@@ -23,7 +21,7 @@ from orbitdb.answers.export import check_target, form_of, write_file
 from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
 from orbitdb.extras import data_frame
-from orbitdb.store.connection import path_of
+from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.query import choose, parse_order
 from orbitdb.store.rows import COLUMNS, Chosen, rows_of
 from orbitdb.store.selection import Selection, unknown_column
@@ -63,10 +61,10 @@ class Listing:
     Examples
     --------
     >>> listing = catalogue.rows(p="2-11", order="length", limit=2, columns=("code", "length"))
-    >>> [*listing], listing.total
-    ([('13', 10.4), ('013', 10.82843...)], 89789)
-    >>> print(*listing.complete)
-    complete, by proof, up to length 11.25; longer orbits may be missing...
+    >>> [code for code, _ in listing], listing.total
+    (['13', '013'], 89789)
+    >>> listing.complete[0].partition(";")[0]
+    'complete, by proof, up to length 11.26'
     """
 
     _snapshot: Callable[[], AbstractContextManager[Connection]]

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from sqlalchemy import Connection
-
 from orbitdb.answers.results import TRAJECTORIES, UP_TO_CUT, Result
 from orbitdb.answers.whole_periods import (
     WholePeriods,
@@ -37,6 +35,7 @@ from orbitdb.columns import Column
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_exponent
 from orbitdb.progress import Tell, nobody
+from orbitdb.store.connection import Connection
 from orbitdb.store.results import best_reference
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact, with_error

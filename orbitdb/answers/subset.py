@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection
 
 from orbitdb.answers.completeness import lacking_births, unfilled
 from orbitdb.answers.export import arrow_batch, arrow_schema
@@ -20,7 +19,7 @@ from orbitdb.errors import InputError
 from orbitdb.extras import MOST_SHOWN, Table, drawn, figure_name, load
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
-from orbitdb.store.connection import path_of
+from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.file import Store
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import find_or_solve

@@ -18,6 +18,8 @@ from typing import Any
 from urllib.parse import quote
 
 import sqlalchemy as sa
+from sqlalchemy import Connection
+from sqlalchemy.exc import ResourceClosedError as ClosedError
 from sqlalchemy.exc import StatementError
 from sqlalchemy.pool import Pool
 
@@ -26,6 +28,8 @@ from orbitdb.store.paths import check_same_file, file_id, journal_files
 from orbitdb.store.tables import PAGE_SIZE
 from orbitdb.store.views import view_texts
 from orbitdb.symbols.words import WordError, contains_cyclic, least_rotation, parse, parse_primitive
+
+__all__ = ["ClosedError", "Connection"]  # of SQLAlchemy, for all that ask the store
 
 BUSY_TIMEOUT = 5.0
 """Seconds that SQLite waits for a lock."""

@@ -244,7 +244,7 @@ def expression(where: str, parameters: Parameters) -> TextClause:
         known = part["name"] in parameters
         return f":given_{part['name']}" if known else part[0].replace(":", r"\:")
 
-    values = [bindparam(f"given_{name}", value) for name, value in parameters.items()]
+    values = [bindparam(f"given_{name}", value=value) for name, value in parameters.items()]
     return text(f"(\n{_LEXED.sub(lexed, where)}\n)").bindparams(*values)
 
 

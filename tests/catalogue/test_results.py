@@ -145,3 +145,13 @@ def test_lists_and_results_are_tables_in_notebooks(catalogue):
     many = Rows(catalogue.births(4)[:1] * 30)
     assert many._repr_html_().count("<tr>") == 21
     assert "and 10 more" in many._repr_html_()
+
+
+def test_results_at_several_a_are_one_table(varied):
+    catalogue = Catalogue(varied)
+    table = catalogue.table(a=(1.0, 1.6), p="2-3")
+    assert table["a"] == [1.0, 1.0, 1.6, 1.6]
+    alone = [catalogue.table(a=a, p="2-3") for a in (1.0, 1.6)]
+    assert list(table.rows(["p", "N_c"])) == [row for each in alone for row in each.rows(["p", "N_c"])]
+    notes = catalogue.entropy(a=(1.0, 1.6), p=7).notes
+    assert [note.count("at a = 1 ") or note.count("at a = 1.6 ") for note in notes] == [1, 1]
