@@ -154,7 +154,7 @@ def checks() -> str:
 
 
 _SUBJECTS = {
-    "The catalogue": ("catalogue", "store", "verification", "answers.completeness"),
+    "The catalogue": ("catalogue", "store", "filling", "verification", "answers.completeness"),
     "Orbits": ("billiard", "orbits"),
     "Averages and entropy": ("averages", "entropy", "trajectories.ensemble"),
     "Levels": ("quantum", "answers.scars"),

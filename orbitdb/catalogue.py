@@ -100,7 +100,7 @@ class Catalogue:
     <Catalogue orbits.db: periods 2-11 at a = 1.6>
     >>> round(catalogue["1232131"].length, 9), "1232131" in catalogue, len(catalogue)
     (22.454362411, True, 89789)
-    >>> catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35))
+    >>> print(catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35)))
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
     Each question reads the file as it is at that moment; `snapshot` asks several questions at one moment. If
@@ -199,7 +199,8 @@ class Catalogue:
     def engine(self) -> "sqlalchemy.Engine":
         """SQLAlchemy's engine for SQL of your own, such as ``pandas.read_sql(query, catalogue.engine)``.
 
-        Its connections read the tables and views of `orbitdb sql`, and know ``code()``; they cannot write.
+        Its connections read the tables and views of `orbitdb sql`, and know ``code()`` and ``contains()``;
+        they cannot write.
         """
         return self._file.engine
 
@@ -444,7 +445,7 @@ class Catalogue:
             Columns to sort by, separated by commas; ``desc`` after a name, or ``-`` before it, reverses the
             order. Ties are broken by period, representative and element, in ascending order.
         limit, offset : int, optional
-            Maximum number of rows to yield, and number of rows to skip first.
+            Maximum number of rows to yield, and number of rows to skip first, both at each a.
         classes : bool, optional
             Whether to return one row per symmetry class with chosen words, that of its representative.
 
@@ -487,6 +488,7 @@ class Catalogue:
         selection: Selection | None = None,
         *,
         order: str = "p",
+        limit: int | None = None,
         coordinates: bool = False,
         classes: bool = False,
         **criteria: Unpack[Criteria],
@@ -499,8 +501,10 @@ class Catalogue:
             The subset; you can give the criteria below instead.
         order : str, optional
             Columns to sort by, as in `rows`.
+        limit : int, optional
+            Maximum number of entries; the subset knows how many there are in all (`Subset.total`).
         coordinates : bool, optional
-            Whether to read the coordinates as well.
+            Whether to read the coordinates at once; otherwise they are read when they are needed.
         classes : bool, optional
             Whether to return one entry per symmetry class with chosen words, its representative.
         a : float, optional
@@ -511,10 +515,14 @@ class Catalogue:
             One or more statuses; a text such as ``orbit,boundary`` can name several.
         time_reversal, symmetry, contains, where, parameters : optional
             As in `Selection`.
+        without : str or iterable of str, optional
+            Patterns of symbols that the words must not contain, read cyclically, such as ``"0202"``.
         exists, not_at : float or iterable of float, optional
             Values of ``a`` at which the words must be orbits, and at which they must not be.
-        length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float or None, float or None), optional
+        length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float, float), optional
             Least and greatest value, or None for no limit, as in ``length=(3, None)``.
+        walls : int or (int, int), optional
+            Number of bounces on straight walls, or its least and greatest value.
 
         Raises
         ------
@@ -523,12 +531,13 @@ class Catalogue:
 
         Examples
         --------
-        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).codes
+        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).code
         array(['13', '013', '031', '132', '123'], dtype=StringDType())
         """
         from orbitdb.answers.subset import read_subset
 
-        return self._answer(read_subset, selection, criteria, order, coordinates, classes)
+        most = None if limit is None else need_whole("limit", limit, 0)
+        return self._answer(read_subset, selection, criteria, order, coordinates, classes, most)
 
     @with_criteria
     def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "OrbitClasses":

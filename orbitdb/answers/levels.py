@@ -270,7 +270,7 @@ def _hints(moment: Connection, assessment: Assessment, classes: OrbitClasses, k:
     if assessment.at_limit:
         hints.append("the fit of the radius failed: the radius is off by more than half a per cent")
     elif not window and assessment.scale == 1 and better(stadium, classes, of, True):
-        hints.append("they fit with another radius: fit the radius")
+        hints.append("they fit with another radius: find it with --fit-radius (in Python fit_radius=True)")
     hints += [
         f"they fit the parity {other}"
         for other in (Parity if of is not None else ())
