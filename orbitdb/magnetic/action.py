@@ -73,7 +73,7 @@ class ArcPaths(Batch):
     @property
     def lengths(self) -> Floats:
         """Lengths of the paths, shape (N,)."""
-        return (self.chord * _stretch(self.sine)).sum(axis=0)
+        return (self.chord * stretch(self.sine)).sum(axis=0)
 
     @property
     def areas(self) -> Floats:
@@ -84,12 +84,20 @@ class ArcPaths(Batch):
     @property
     def actions(self) -> Floats:
         """Actions L - kappa A, shape (N,)."""
-        of_arcs = self.chord * (_stretch(self.sine) + self.cosine) / 2
+        of_arcs = self.chord * (stretch(self.sine) + self.cosine) / 2
         return of_arcs.sum(axis=0) - self.kappa * self._polygons
 
     @property
     def _polygons(self) -> Floats:
         return (self.x * following(self.y) - self.y * following(self.x)).sum(axis=0) / 2
+
+    @property
+    def directions(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+        """Directions (x, y) of each arc at its start and at its end, each of shape (p, N)."""
+        ahead_x, ahead_y = self.ahead_x, self.ahead_y
+        along_x, along_y = self.cosine * ahead_x, self.cosine * ahead_y
+        left_x, left_y = -self.sine * ahead_y, self.sine * ahead_x
+        return (along_x - left_x, along_y - left_y), (along_x + left_x, along_y + left_y)
 
     @property
     def outgoing(self) -> Floats:
@@ -103,7 +111,7 @@ class ArcPaths(Batch):
         return np.abs(derivatives(self).gradient).max(axis=0)
 
 
-def _stretch(sine: Floats) -> Floats:
+def stretch(sine: Floats) -> Floats:
     """Return the ratio of arc to chord."""
     tiny = np.abs(sine) < 1e-8
     return np.where(tiny, 1.0, np.arcsin(sine) / np.where(tiny, 1.0, sine))
