@@ -1,13 +1,14 @@
 """`Catalogue`, the main class of the library: a database of periodic orbits to fill, query and check."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Unpack
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue.quantum_catalogue import QuantumCatalogue
-from orbitdb.errors import checked_methods, need_whole
+from orbitdb.errors import InputError, checked_methods, need_whole
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.progress import Tell, telling
 from orbitdb.store.lookup import find_or_solve, find_word
 from orbitdb.store.query import COLUMNS, choose
 from orbitdb.store.rows import rows_of
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from orbitdb.answers.completeness import Counted
+    from orbitdb.answers.field import FieldOrbits
     from orbitdb.answers.identification import Candidate, Trajectory
     from orbitdb.answers.results import Result
     from orbitdb.answers.subset import Subset
@@ -259,6 +261,55 @@ class Catalogue(QuantumCatalogue):
         from orbitdb.answers.lyapunov import lyapunov
 
         return self._answer(lyapunov, selection, criteria, weight, cut)
+
+    @with_criteria
+    def field(
+        self,
+        kappa: "ArrayLike",
+        selection: Selection | None = None,
+        *,
+        words: str | Iterable[str] | None = None,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "FieldOrbits":
+        """Follow words into a magnetic field, where paths are arcs of circles; nothing is stored.
+
+        Each word starts at its fixed point without a field, also if that is not an orbit, and is followed in
+        steps of the curvature. Words chosen by ``a`` and ``p`` alone need not be stored.
+
+        Parameters
+        ----------
+        kappa : float or sequence of float
+            Curvatures of the path, 1 / (cyclotron radius), in 1/radius; positive if it turns left.
+        selection : Selection, optional
+            The words, by default those of all filled periods; or give criteria, as in `select`. They apply to
+            the stored numbers, which are those without a field.
+        words : str or iterable of str, optional
+            Instead, primitive words of any period, stored or not; a single text is one word.
+        progress : optional
+            As for `fill`.
+
+        Raises
+        ------
+        InputError
+            If 2 / kappa is not above the longest chord, 2a + 2, or if there are too many words.
+
+        Examples
+        --------
+        >>> orbits = catalogue.field([0.05, 0.1], words="0123")
+        >>> orbits.status.tolist(), orbits.splitting.round(6).tolist()
+        (['orbit', 'orbit'], [1, 2])
+        """
+        from orbitdb.answers.field import chosen_words, follow_words, named_words
+
+        if words is not None:
+            if selection is not None or criteria.keys() - {"a"}:
+                raise InputError("give words, or criteria that choose them, not both")
+            picked = named_words(words, self._at(criteria.get("a")))
+        else:
+            picked = self._answer(chosen_words, selection, criteria)
+        with telling(progress, "field") as tell:
+            return follow_words(picked, kappa, tell)
 
     def identify(
         self,
