@@ -15,7 +15,7 @@ from orbitdb import __version__
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli.options import Asked, Choice, HalfLengths, many_a, named
 from orbitdb.cli.output import note, progress, repeats
-from orbitdb.columns import IN_CATALOGUE, Row
+from orbitdb.columns import COMPUTED, IN_CATALOGUE, Row
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path
 from orbitdb.text import exact, several
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from orbitdb.store.rows import Chosen
     from orbitdb.store.selection import Selection
 
-OF_CATALOGUE = tuple(column.name for column in IN_CATALOGUE)
+OF_CATALOGUE = tuple(column.name for column in (*IN_CATALOGUE, *COMPUTED))
 _NATURAL = ("p", "representative", "element")
 """The columns that decide the order of rows with equal sort keys."""
 

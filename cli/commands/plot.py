@@ -4,6 +4,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +12,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.figures import DRAWINGS, ENTROPY_OVER_A, SHEET_OF_WORDS, Drawing, Kind
+from orbitdb.cli.figures import DRAWINGS, ENTROPY_OVER_A, ORBIT_IN_FIELD, SHEET_OF_WORDS, Drawing, Kind
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
 from orbitdb.cli.options import Asked, Choice, many_a, named
 from orbitdb.cli.output import code_text, note, progress
@@ -64,6 +65,7 @@ def plot(
     ] = 120,
     given: GivenLevels,
     k: Annotated[float | None, options.number_option(help="Draw the level nearest to this k.")] = None,
+    kappa: options.Kappa = None,
     size: Annotated[
         str | None, typer.Option("--size", metavar="WIDTHxHEIGHT", help="Size in inches, such as 6.4x4.8.")
     ] = None,
@@ -79,9 +81,9 @@ def plot(
 ) -> None:
     """Draw an orbit, or a figure of a chosen subset, and save it to a file.
 
-    orbit, reverse and life draw the orbit of one WORD, and sheet can draw several. wave and husimi draw one
-    quantum level. The other figures show a subset of the orbits or levels; lyapunov and lengths can compare
-    several a.
+    orbit, reverse and life draw the orbit of one WORD, and sheet can draw several; with --kappa, orbit draws
+    it in a magnetic field. wave and husimi draw one quantum level. The other figures show a subset of the
+    orbits or levels; lyapunov and lengths can compare several a.
     """
     from orbitdb.answers.export import FIGURES, STDOUT, check_target, complete, form_of
 
@@ -94,6 +96,8 @@ def plot(
     drawing, asked = DRAWINGS[kind], f"in plot {kind}"
     if over_a and kind == "entropy":
         drawing, asked = ENTROPY_OVER_A, "with --over-a"
+    elif kappa and kind == "orbit":
+        drawing, asked = ORBIT_IN_FIELD, "with --kappa"
     elif kind == "sheet" and (words or code):
         drawing, asked = SHEET_OF_WORDS, "with words"
     takes = drawing.takes
@@ -112,6 +116,8 @@ def plot(
     codes = list(given_codes(words, code)) if "words" in takes else []
     if "k" in takes:
         made = _of_wave(drawing, codes, k, given, a, db)
+    elif "kappa" in takes:
+        made = _in_field(kind, drawing, codes, [*chain.from_iterable(kappa or ())], a, db)
     elif "words" in takes:
         made = _of_words(kind, drawing, codes, a, db, inches)
     else:
@@ -164,6 +170,16 @@ def _of_wave(
     (at,) = meant(db, a)
     with progress("waves"):
         return _draw(drawing, at, k, parity, next(iter(_orbits(codes, at, db)), None))
+
+
+def _in_field(
+    kind: Kind, drawing: Drawing, codes: Sequence[str], kappa: Sequence[float], a: Asked, db: Path
+) -> "Figure":
+    """Draw the orbit of a single word in a magnetic field, or its action against the field."""
+    if len(codes) != 1:
+        raise InputError(f"name one orbit to draw: plot {kind} 1232131")
+    (at,) = meant(db, a)
+    return _draw(drawing, primitive(codes[0]), at, kappa)
 
 
 def _of_words(

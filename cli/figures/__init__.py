@@ -8,7 +8,7 @@ from orbitdb.cli.options import Choice
 
 Kind = Literal[
     "orbit", "reverse", "life", "entropy", "lyapunov", "sheet", "phase-space", "lengths", "births",
-    "spectrum", "staircase", "assess", "spacings", "rigidity", "wave", "husimi",
+    "spectrum", "staircase", "assess", "spacings", "rigidity", "wave", "husimi", "field",
 ]  # fmt: skip
 _OF_WORD = ("words", "code", "a")
 _OF_LEVELS = ("a", "levels", "parity", *OF_FILE)
@@ -95,8 +95,14 @@ DRAWINGS: dict[Kind, Drawing] = {
         _OF_WAVE,
         "the Husimi function of that level, with the bounces of WORD",
     ),
+    "field": Drawing(
+        "magnetic.actions_in_field",
+        (*_OF_WORD, "kappa"),
+        "the actions of WORD and its reverse in a magnetic field, against kappa",
+    ),
 }
 """All figures by name. The help, the options and the drawing follow from these entries."""
 
 ENTROPY_OVER_A = Drawing("averages.draw_over_a", ("p", "over_a", "a"), further=("grid",), several_a=True)
+ORBIT_IN_FIELD = Drawing("magnetic.orbit_in_field", (*_OF_WORD, "kappa"))
 SHEET_OF_WORDS = Drawing("orbits.sheet_of", _OF_WORD)

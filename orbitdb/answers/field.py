@@ -20,6 +20,7 @@ from orbitdb.averages.by_period import of_divisors
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, as_floats
 from orbitdb.extras import Drawn, data_frame
+from orbitdb.magnetic.action import ArcPaths
 from orbitdb.magnetic.continuation import follow
 from orbitdb.magnetic.status import IN_FIELD, FieldStatus, measure
 from orbitdb.orbits.newton import solve_in_doubles
@@ -128,7 +129,7 @@ class FieldOrbits(Drawn):
 
     def __repr__(self) -> str:
         subject = self.selection.describe(count=len(self) // max(len(self.kappas), 1))
-        values = ", ".join([*map(exact, self.kappas[:_NAMED]), *(self.kappas[_NAMED:] and ["..."])])
+        values = ", ".join(map(exact, self.kappas[:_NAMED])) + ", ..." * (len(self.kappas) > _NAMED)
         return f"<{subject}, kappa = {values}: {several(int(self.exists.sum()), 'orbit')}>"
 
     @property
@@ -139,7 +140,8 @@ class FieldOrbits(Drawn):
     @property
     def kappas(self) -> list[float]:
         """The different curvatures in ascending order, in 1/radius."""
-        return np.unique(self.kappa).tolist()
+        values: list[float] = np.unique(self.kappa).tolist()
+        return values
 
     @property
     def exists(self) -> Marks:
@@ -179,7 +181,7 @@ class FieldOrbits(Drawn):
         rows = []
         for at in self.kappas:
             here = kappa == at
-            found = {d: int((here & (p == d) & np.isin(status, IN_FIELD)).sum()) for d in np.unique(p).tolist()}
+            found = np.bincount(p[here & np.isin(status, IN_FIELD)], minlength=max(self.periods) + 1).tolist()
             for own in self.periods:
                 stable = int((here & (p == own) & (status == FieldStatus.ELLIPTIC.value)).sum())
                 points = sum(d * found[d] for d in of_divisors(own))
@@ -189,11 +191,9 @@ class FieldOrbits(Drawn):
         return Result(self.selection, columns, (self.selection.describe(),), self.notes)
 
     def _figure(self) -> tuple[str, Sequence[Any], str]:
-        if len(codes := np.unique(self.code)) != 1 or not self.exists.any():
-            raise InputError(
-                f"{self!r} cannot be drawn: follow one word over several kappa at which it is an orbit"
-            )
-        return "magnetic.draw_actions", (self,), f"{shortened(str(codes[0]))} at a = {exact(self.selection.a)}"
+        if len(self.kappas) < 2 or not self.exists.any():
+            raise InputError(f"{self!r} cannot be drawn: follow orbits to several kappa")
+        return "magnetic.draw_actions", (self,), self.selection.describe(count=len(self) // len(self.kappas))
 
 
 class PickedWords(NamedTuple):
@@ -225,7 +225,7 @@ def _followable(word: str, a: float) -> str:
 def _by_period(codes: Sequence[str]) -> list[tuple[Places, Words]]:
     orders = np.array([len(code) for code in codes])
     groups = [np.flatnonzero(orders == p) for p in np.unique(orders)]
-    return [(rows, from_strings([codes[row] for row in rows])) for rows in groups]
+    return [(rows, from_strings([codes[row] for row in rows.tolist()])) for rows in groups]
 
 
 def chosen_words(moment: Moment, chosen: Selection) -> PickedWords:
@@ -234,7 +234,7 @@ def chosen_words(moment: Moment, chosen: Selection) -> PickedWords:
     Words chosen by periods alone need not be stored.
     """
     if Status.GEOMETRIC in chosen.statuses:
-        raise SelectionError("geometrically pruned words cannot be followed into a field: leave out geometric")
+        raise SelectionError("status geometric: geometrically pruned words cannot be followed into a field")
     if chosen != Selection(chosen.a, chosen.periods):
         codes = [code for (block,) in blocks_of(moment, choose(moment, chosen), ["code"]) for code in block]
         return PickedWords(chosen, _by_period(codes), (), gaps(moment, chosen))
@@ -301,9 +301,19 @@ def follow_words(picked: PickedWords, kappa: Any, tell: Tell = nobody) -> FieldO
         places.append((rows[:, None] * len(kappas) + np.arange(len(kappas))).ravel())
         done += len(rows)
     order = np.argsort(np.concatenate(places))
-    columns = {name: np.concatenate([part[name] for part in parts])[order] for name in parts[0]}
+    columns: dict[str, Any] = {
+        name: np.concatenate([part[name] for part in parts])[order] for name in parts[0]
+    }
     orbits = FieldOrbits(picked.selection, **columns, periods=picked.periods)
     return replace(orbits, notes=(*picked.notes, *_notes(orbits)))
+
+
+def follow_word(word: str, a: float, kappa: float) -> tuple[FieldStatus, ArcPaths]:
+    """Return the status of one word at a curvature, and its path, for figures."""
+    stadium, words, at = Stadium(a), from_strings([_followable(word, a)]), curvatures(kappa, a)
+    followed = follow(stadium, words, solve_in_doubles(words, stadium).coordinates, np.zeros(1), at)
+    status = FieldStatus(str(measure(stadium, words, followed, at).status[0]))
+    return status, ArcPaths.of(stadium, words.T, followed.coordinates.T, at)
 
 
 class _Classes(NamedTuple):
@@ -348,7 +358,7 @@ def _follow_period(stadium: Stadium, words: Words, kappas: Floats) -> dict[str, 
             own, reverse = row_of[turned, owner], row_of[1 - turned, owner]
             numbers[kappa] = vars(found.rows(own)) | {"splitting": found.action[reverse] - found.action[own]}
     names = numbers[kappas[0]]
-    columns = {name: np.stack([numbers[kappa][name] for kappa in kappas.tolist()], 1).ravel() for name in names}
+    columns = {name: np.stack([numbers[at][name] for at in kappas.tolist()], 1).ravel() for name in names}
     texts = np.dtypes.StringDType()
     return columns | {
         "code": np.repeat(np.array(to_strings(words), texts), len(kappas)),
@@ -365,8 +375,8 @@ def _notes(orbits: FieldOrbits) -> Iterator[str]:
         yield f"{several(lost, 'entry', 'entries')} unresolved: the word could not be followed from kappa = 0"
     if stable := statuses.count(FieldStatus.ELLIPTIC):
         yield (
-            f"{several(stable, 'orbit')} elliptic, that is stable: the averages of the paper's eqs. (5) and (6) "
-            "do not hold near one"
+            f"{several(stable, 'orbit')} elliptic, that is stable: there, the averages of the paper's "
+            "eqs. (5) and (6) do not hold"
         )
     if orbits.periods and not (
         orbits.selection.a == _CHECKED_A

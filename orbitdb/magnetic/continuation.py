@@ -104,9 +104,7 @@ def _corrected(
     return places, speed, near & (size <= _NEAR)
 
 
-def _newton_step(
-    stadium: Stadium, symbols: Words, places: Floats, kappa: Floats
-) -> tuple[Floats, Floats]:
+def _newton_step(stadium: Stadium, symbols: Words, places: Floats, kappa: Floats) -> tuple[Floats, Floats]:
     """Return the Newton step, and the derivatives of the bounces in kappa, each of shape (p, N)."""
     slopes = derivatives(ArcPaths.of(stadium, symbols, places, kappa))
     step, speed = -solve_hessian(slopes, slopes.gradient, slopes.drift)

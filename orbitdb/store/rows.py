@@ -16,8 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Integers, Masks, Places, Values
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import kind_of
 from orbitdb.errors import AlteredError
+from orbitdb.magnetic.action import area_slopes
 from orbitdb.store.connection import Connection
 from orbitdb.store.schema import LONG, OF_CLASS, OF_WORD, PRUNED_ROWS, SHARED
 from orbitdb.store.selection import Selection, unknown_column
@@ -223,8 +225,9 @@ def _aligned(codes: Integers, p: int) -> Integers:
 
 
 COORDINATES = "coordinates"
-COLUMNS = (*SHARED, *OF_WORD, COORDINATES)
-"""The columns that can be read: those of the view ``catalogue``, and the coordinates."""
+AREA_SLOPE = "area_slope"
+COLUMNS = (*SHARED, *OF_WORD, COORDINATES, AREA_SLOPE)
+"""The columns that can be read: those of the view ``catalogue``, the coordinates, and computed ones."""
 
 ROWS, _LONG_ROWS = 1 << 13, 16
 """Numbers of rows per block; the second is for words too long for a key, of up to a million symbols."""
@@ -254,6 +257,8 @@ def blocks_of(
             ids, inverse = np.unique(words.ids[part], return_inverse=True)
             try:
                 shared = _classes(connection, chosen.selection.a, ids, names)
+                if AREA_SLOPE in names:
+                    shared[AREA_SLOPE] = _area_slopes(chosen.selection.a, shared)
                 block = _Block(shared, inverse, words.places[part])
                 columns = [block.column(name) for name in names]
             except (LookupError, TypeError, ValueError) as error:
@@ -285,7 +290,8 @@ def plain(column: Values) -> Sequence[Any]:
 
 def _classes(connection: Connection, a: float, ids: Integers, wanted: Sequence[str]) -> dict[str, Any]:
     """Return the columns that are needed, with classes in the order of ids."""
-    shared = [name for name in wanted if name in SHARED or name in (COORDINATES, "rules", "area")]
+    needed = [COORDINATES if name == AREA_SLOPE else name for name in wanted]
+    shared = [name for name in needed if name in SHARED or name in (COORDINATES, "rules", "area")]
     names = tuple(dict.fromkeys(["p", "representative", "words", "symmetry", *shared]))
     of_class = [name if name in SHARED | OF_CLASS else "NULL" for name in names]
     rows: list[tuple[Any, ...]] = []
@@ -301,6 +307,21 @@ def _classes(connection: Connection, a: float, ids: Integers, wanted: Sequence[s
     if list(numbers) != ids.tolist():
         raise LookupError("rows are missing")
     return dict(zip(names, columns, strict=True))
+
+
+def _area_slopes(a: float, shared: dict[str, Any]) -> list[float | None]:
+    """Return the derivatives of the areas of classes in the curvature; None for classes without an orbit."""
+    slopes: list[float | None] = [None] * len(shared["p"])
+    groups: dict[int, list[int]] = {}
+    for row, (p, blob) in enumerate(zip(shared["p"], shared[COORDINATES], strict=True)):
+        if blob is not None:
+            groups.setdefault(p, []).append(row)
+    for p, rows in groups.items():
+        words = from_strings([shared["representative"][row] for row in rows])
+        places = np.frombuffer(b"".join(shared[COORDINATES][row] for row in rows), dtype="<f8")
+        for row, slope in zip(rows, area_slopes(Stadium(a), words, places.reshape(-1, p)), strict=True):
+            slopes[row] = float(slope)
+    return slopes
 
 
 class _Block:
