@@ -353,10 +353,15 @@ def _follow_period(stadium: Stadium, words: Words, kappas: Floats) -> dict[str, 
         followed = follow(stadium, least[rows], places, sign * at, sign * size)
         places, at = followed.coordinates, size
         found = measure(stadium, least[rows], followed, sign * size)
+        if size == 0:  # words without a fixed point to start from are proved to be no orbits
+            found.status[found.status == FieldStatus.UNRESOLVED.value] = FieldStatus.JOINT.value
         for kappa in kappas[np.abs(kappas) == size].tolist():
             turned = (odd != (kappa < 0)).astype(np.intp)
             own, reverse = row_of[turned, owner], row_of[1 - turned, owner]
-            numbers[kappa] = vars(found.rows(own)) | {"splitting": found.action[reverse] - found.action[own]}
+            numbers[kappa] = vars(found.rows(own)) | {
+                "splitting": found.action[reverse] - found.action[own],
+                "area": found.area[own] * sign[own] * (-1.0 if kappa < 0 else 1.0) + 0.0,  # not -0.0
+            }
     names = numbers[kappas[0]]
     columns = {name: np.stack([numbers[at][name] for at in kappas.tolist()], 1).ravel() for name in names}
     texts = np.dtypes.StringDType()

@@ -173,9 +173,11 @@ def solve_hessian(slopes: Derivatives, *forces: Floats) -> Floats:
     """Solve H x = force for r forces of shape (p, N); return the solutions, shape (r, p, N).
 
     At an orbit without a field, H is positive definite in the straight bounces and negative definite in the
-    others, so that elimination in any order is stable; a field changes this only near bifurcations.
+    others, so that elimination in any order is stable; a field changes this only near bifurcations. A path
+    that has no isolated stationary action gets numbers that are not finite.
     """
-    return solve_cyclic(slopes.diagonal, preceding(slopes.couplings), np.stack(forces), definite=False)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        return solve_cyclic(slopes.diagonal, preceding(slopes.couplings), np.stack(forces), definite=False)
 
 
 def area_slopes(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:

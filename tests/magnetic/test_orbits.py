@@ -125,7 +125,7 @@ def converged(words, places, kappa, steps, most):
 
 def words_found(p, kappa):
     """Return the words of period p of the orbits to which pieces of random paths lead."""
-    path = random_paths(kappa, 4000, 100, seed=p)
+    path = random_paths(kappa, 60 * p**2, 60, seed=p)
     right, left = np.arctan2(path.y, path.x - A), np.arctan2(path.y, -(path.x + A))
     places = np.select([path.side == 3, path.side == 1], [right, left], path.x)[1:-1]
     words, starts = (
