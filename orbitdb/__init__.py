@@ -5,7 +5,7 @@ The catalogue
     methods return a `Subset` (rows as arrays), `OrbitClasses` (one row per class), a `Result` (a table by
     period), `Births` (a list of `Life`), `EntropyBounds`, a `Reference`, `Levels`, a `Spectrum`, an
     `Assessment`, a `Verification`, `Contents`, `Counted`, or `Rows` (a list) of `Fill`, `Sweep`,
-    `BirthFill` or `Scar`. A `Trajectory` has the orbits that it shadows as `Followed`, and each orbit
+    `BirthFill` or `Scar`. `FieldOrbits` are words in a magnetic field. A `Trajectory` has the orbits that it shadows as `Followed`, and each orbit
     with a given length is a `Candidate`.
 Orbits
     `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
@@ -42,6 +42,7 @@ if TYPE_CHECKING:  # isort: off
         Trajectory as Trajectory,
     )
     from orbitdb.answers.completeness import Counted as Counted
+    from orbitdb.answers.field import FieldOrbits as FieldOrbits
     from orbitdb.answers.results import Births as Births, Result as Result
     from orbitdb.answers.scars import Scar as Scar
     from orbitdb.answers.subset import Subset as Subset
@@ -74,6 +75,7 @@ _HOMES = {
     "catalogue": ("Catalogue",),
     "answers.identification": ("Candidate", "Followed", "Trajectory"),
     "answers.completeness": ("Counted",),
+    "answers.field": ("FieldOrbits",),
     "answers.results": ("Births", "Result"),
     "answers.scars": ("Scar",),
     "answers.subset": ("Subset",),

@@ -72,16 +72,17 @@ def test_words_pruned_without_a_field_come_back(catalogue):
     assert (orbits.exists.sum(), orbits.exists[dynamical].sum()) == (414, 56)
 
 
-def test_rows_hold_for_every_word_of_a_class(catalogue):
-    """Each word by itself, in any rotation, has the numbers that it has in the list of its period."""
+def test_given_words_have_the_numbers_of_the_list_of_their_period(catalogue):
+    """In any rotation, in the order in which they are given, and together with words of other periods."""
     orbits = catalogue.field([-0.2, 0.07], p=5)
-    for k, code in enumerate(orbits.code.tolist()[::2]):
-        alone = catalogue.field([-0.2, 0.07], words=code[2:] + code[:2])
-        for name in ("action", "area", "trace", "splitting"):
-            assert getattr(alone, name) == pytest.approx(
-                getattr(orbits, name)[2 * k : 2 * k + 2], rel=1e-9, abs=1e-11, nan_ok=True
-            )
-        assert alone.status.tolist() == orbits.status[2 * k : 2 * k + 2].tolist()
+    codes = orbits.code[::2].tolist()[::-1]
+    given = catalogue.field([-0.2, 0.07], words=["13", *(code[2:] + code[:2] for code in codes)])
+    assert given.code.tolist()[2::2] == [code[2:] + code[:2] for code in codes]
+    backwards = np.arange(len(orbits)).reshape(-1, 2)[::-1].ravel()
+    assert given.status.tolist()[2:] == orbits.status[backwards].tolist()
+    for name in ("action", "area", "trace", "splitting"):
+        listed = getattr(orbits, name)[backwards]
+        assert getattr(given, name)[2:] == pytest.approx(listed, rel=1e-9, abs=1e-11, nan_ok=True)
 
 
 def test_the_action_is_the_length_minus_kappa_times_the_area(catalogue):
