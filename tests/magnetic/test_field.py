@@ -134,7 +134,7 @@ def test_a_word_that_cannot_be_followed_is_unresolved_not_absent(catalogue):
     lost = orbits.status == "unresolved"
     assert "01033113" in orbits.code[lost]
     assert np.isnan(orbits.action[lost]).all()
-    assert any(f"{lost.sum()} entries unresolved" in note for note in orbits.notes)
+    assert any(f"{lost.sum()} rows are unresolved" in note for note in orbits.notes)
     assert set(catalogue.field(0, p=8, a=0.5).status.tolist()) == {"orbit", "joint"}
 
 
@@ -147,7 +147,7 @@ def test_orbits_through_a_joint_are_no_orbits_without_a_field(catalogue):
 
 
 def test_notes_say_where_the_list_ends(catalogue):
-    missing, doubles, stable = "words may be missing", "without proof", "elliptic"
+    missing, doubles, stable = "some words may be missing", "without proof", "elliptic"
 
     def said(**given):
         text = " ".join(catalogue.field(**given).notes)
