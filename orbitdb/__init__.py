@@ -5,8 +5,8 @@ The catalogue
     methods return a `Subset` (rows as arrays), `OrbitClasses` (one row per class), a `Result` (a table by
     period), `Births` (a list of `Life`), `EntropyBounds`, a `Reference`, `Levels`, a `Spectrum`, an
     `Assessment`, a `Verification`, `Contents`, `Counted`, or `Rows` (a list) of `Fill`, `Sweep`,
-    `BirthFill` or `Scar`. `FieldOrbits` are words in a magnetic field. A `Trajectory` has the orbits that it shadows as `Followed`, and each orbit
-    with a given length is a `Candidate`.
+    `BirthFill` or `Scar`. `FieldOrbits` are words in a magnetic field. A `Trajectory` has the orbits that it
+    shadows as `Followed`, and each orbit with a given length is a `Candidate`.
 Orbits
     `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
     a in which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.

@@ -377,11 +377,11 @@ def _notes(orbits: FieldOrbits) -> Iterator[str]:
     """Yield what limits a list of words in a field, and their numbers."""
     statuses = orbits.status.tolist()
     if lost := statuses.count(FieldStatus.UNRESOLVED):
-        yield f"{several(lost, 'row is', 'rows are')} unresolved: the word could not be followed from kappa = 0"
+        yield f"{several(lost, 'row is', 'rows are')} unresolved: these words could not be followed to kappa"
     if stable := statuses.count(FieldStatus.ELLIPTIC):
         yield (
-            f"{several(stable, 'orbit is', 'orbits are')} stable (elliptic): near a stable orbit, the averages "
-            "of the paper's eqs. (5) and (6) do not hold"
+            f"{several(stable, 'orbit is', 'orbits are')} stable (elliptic): near a stable orbit, the "
+            "averages of the paper's eqs. (5) and (6) do not hold"
         )
     if orbits.periods and not (
         orbits.selection.a == _CHECKED_A
@@ -389,11 +389,11 @@ def _notes(orbits: FieldOrbits) -> Iterator[str]:
         and max(map(abs, orbits.kappas)) <= _CHECKED_KAPPA
     ):
         yield (
-            "some words may be missing: in a strong field, words that the geometric rules exclude can be orbits; "
-            f"at a = {_CHECKED_A}, none was found up to p = {_CHECKED_P} and kappa = {_CHECKED_KAPPA}"
+            "some words may be missing: in a strong field, words that the geometric rules exclude can be "
+            f"orbits; at a = {_CHECKED_A}, none was found up to p = {_CHECKED_P} and kappa = {_CHECKED_KAPPA}"
         )
     if any(orbits.kappas):
         yield (
-            "computed in doubles, without proof or error bounds; a word may have more orbits than the one that "
-            "is followed from kappa = 0"
+            "computed in doubles, without proof or error bounds; a word may have more orbits than the one "
+            "that is followed from kappa = 0"
         )
