@@ -6,8 +6,10 @@ elements (the identity, xy, xT, yT) have the numbers of the representative at ka
 """
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -174,21 +176,28 @@ class FieldOrbits(Drawn):
         if not self.periods:
             raise InputError("counts are of whole periods: choose the words by p and a alone")
         lower = sorted(set().union(*map(of_divisors, self.periods)).difference(self.periods))
-        parts = [self, *([follow_words(whole_periods(self.selection, lower), self.kappas)] if lower else [])]
-        p, kappa, status = (
-            np.concatenate([getattr(part, name) for part in parts]) for name in ("p", "kappa", "status")
-        )
+        tally = self._tally()
+        if lower:
+            tally += follow_words(whole_periods(self.selection, lower), self.kappas)._tally()
+
+        def orbits(kappa: float, p: int) -> int:
+            return sum(tally[kappa, p, status] for status in IN_FIELD)
+
         rows = []
-        for at in self.kappas:
-            here = kappa == at
-            found = np.bincount(p[here & np.isin(status, IN_FIELD)], minlength=max(self.periods) + 1).tolist()
-            for own in self.periods:
-                stable = int((here & (p == own) & (status == FieldStatus.ELLIPTIC.value)).sum())
-                points = sum(d * found[d] for d in of_divisors(own))
-                rows.append((at, own, found[own], stable, points, math.log(points) / own if points else None))
-        names = ("kappa", "p", "N_c", "elliptic", "N", "K_0")[len(self.kappas) == 1 :]
-        columns = dict(zip(names, map(list, list(zip(*rows, strict=True))[-len(names) :]), strict=True))
+        for kappa, p in product(self.kappas, self.periods):
+            points = sum(d * orbits(kappa, d) for d in of_divisors(p))
+            stable = tally[kappa, p, FieldStatus.ELLIPTIC.value]
+            rows.append(
+                (kappa, p, orbits(kappa, p), stable, points, math.log(points) / p if points else None)
+            )
+        names = ("kappa", "p", "N_c", "elliptic", "N", "K_0")
+        columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
+        if len(self.kappas) == 1:
+            del columns["kappa"]
         return Result(self.selection, columns, (self.selection.describe(),), self.notes)
+
+    def _tally(self) -> "Counter[tuple[float, int, str]]":
+        return Counter(zip(self.kappa.tolist(), self.p.tolist(), self.status.tolist(), strict=True))
 
     def _figure(self) -> tuple[str, Sequence[Any], str]:
         if len(self.kappas) < 2 or not self.exists.any():

@@ -24,8 +24,7 @@ _LARGE = 1e120
 def at_joints(stadium: Stadium, symbols: Words, places: Floats) -> Marks:
     """Tell which words have a bounce at or beyond the end of its wall or semicircle, shape (N,)."""
     ends = np.where(STRAIGHT[symbols], stadium.a, HALF_PI)
-    beyond: Marks = (np.abs(places) > ends - AT_JOINT).any(axis=0)
-    return beyond
+    return np.any(np.abs(places) > ends - AT_JOINT, axis=0)
 
 
 def leave_stadium(stadium: Stadium, paths: ArcPaths) -> Marks:
@@ -45,8 +44,7 @@ def leave_stadium(stadium: Stadium, paths: ArcPaths) -> Marks:
         # the maximum is in the direction of the circle's centre, as seen from that of the semicircle
         beyond = way * (np.abs(paths.kappa) * (paths.x - end) - left * start_y) > 0
         outside |= recedes & returns & beyond
-    leaves: Marks = outside.any(axis=0)
-    return leaves
+    return np.any(outside, axis=0)
 
 
 def bounce_factors(symbols: Words, paths: ArcPaths) -> Floats:

@@ -5,6 +5,7 @@ import pytest
 from field_map import State, arclength_of, next_bounce, sine_of, start_at
 from in_field import A, followed, orbits_at, paths_at, states
 from solutions import representatives, solved, words_of
+from there import there
 
 from orbitdb import solve_word
 from orbitdb.billiard.stadium import Stadium
@@ -124,7 +125,7 @@ def test_traces_of_long_words_do_not_overflow():
     for word in ("0123" * 60 + "13", "1232131" * 40 + "13"):
         orbit = solve_word(word, A)
         words = np.array([list(map(int, word))], np.uint8)
-        trace, lyapunov = stability(words.T, paths_at(words, orbit.coordinates[None, :], 0.0))
+        trace, lyapunov = stability(words.T, paths_at(words, there(orbit.coordinates)[None, :], 0.0))
         assert lyapunov[0] == pytest.approx(orbit.lyapunov, rel=1e-12)
         assert trace[0] == pytest.approx(orbit.trace, rel=1e-9)
 
