@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from field_map import State, arclength_of, next_bounce, sine_of, start_at
+from field_map import arclength_of, next_bounce, sine_of, start_at
 from in_field import A, followed, orbits_at, paths_at, states
 from solutions import representatives, solved, words_of
 from there import there
@@ -73,8 +73,8 @@ def test_the_derivatives_are_differences_of_the_action(kappa):
         assert rise[n] == pytest.approx(slopes.diagonal[n], abs=1e-7)
         assert rise[(n + 1) % p] == pytest.approx(slopes.couplings[n], abs=1e-7)
         assert rise[(n + 2) % p] == pytest.approx(0, abs=1e-7)
-    up, down = (derivatives(paths_at(words, places, kappa + way * h)).gradient for way in (1, -1))
-    assert (up - down) / 2 / h == pytest.approx(slopes.drift, abs=1e-7)
+    more, less = (derivatives(paths_at(words, places, kappa + way * h)).gradient for way in (1, -1))
+    assert (more - less) / 2 / h == pytest.approx(slopes.drift, abs=1e-7)
 
 
 @pytest.mark.parametrize("kappa", [0.05, 0.2, -0.3])
@@ -82,7 +82,7 @@ def test_the_monodromy_is_a_difference_of_the_map(kappa):
     """The map of arc length and tangential momentum preserves areas, and so has the same trace."""
     words, places = followed(5, kappa)
     begin = states(words, places, kappa)
-    first = State(*(column[:, 0] for column in begin))
+    first = begin.mapped(lambda column: column[:, 0])
     s, sine = arclength_of(A, first), sine_of(A, first)
 
     def turned(s, sine):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from field_map import State, next_bounce, start_at, symbols_of, trajectories
+from field_map import next_bounce, start_at, symbols_of, trajectories
 from in_field import A, followed, measured, orbits_at, paths_at, states
 from solutions import solved, words_of
 
@@ -18,8 +18,8 @@ def reproduced(words, places, kappa, a):
     """Tell which paths the map follows from each bounce to the next, and in the same direction."""
     begin = states(words, places, kappa, a)
     with np.errstate(invalid="ignore"):
-        end = next_bounce(a, kappa, State(*(column.ravel() for column in begin)))
-    aim = State(*(np.roll(column, -1, axis=1) for column in begin))
+        end = next_bounce(a, kappa, begin.mapped(np.ravel))
+    aim = begin.mapped(lambda column: np.roll(column, -1, axis=1))
     off = [column.reshape(words.shape) - wanted for column, wanted in zip(end, aim, strict=True)]
     turned = np.abs(np.sin(off[2] / 2)) * 2
     return (np.abs(off[0]) + np.abs(off[1]) + turned < 1e-8).all(axis=1) & (off[3] == 0).all(axis=1)
@@ -41,7 +41,7 @@ def test_the_map_gives_the_words_of_the_orbits():
     """Symbols read from the bounces of an orbit are those of its word, runs up and down included."""
     for kappa in (0.05, 0.3):
         words, places = orbits_at(7, kappa)
-        path = State(*(column.T for column in states(words, places, kappa)))
+        path = states(words, places, kappa).mapped(np.transpose)
         assert len(words) > 50
         assert (words == symbols_of(path, cyclic=True).T).all()
 
@@ -133,7 +133,7 @@ def words_found(p, kappa):
         for each in (symbols_of(path), places)
     )
     rows, places = converged(words, starts, kappa, steps=25, most=0.5)
-    around = State(*(column.T for column in states(words[rows], places[rows], kappa)))
+    around = states(words[rows], places[rows], kappa).mapped(np.transpose)
     own = np.ascontiguousarray(symbols_of(around, cyclic=True).T)
     own = own[are_primitive(own)]
     return set(to_strings(unpack(least_rotations(pack(own), p), p)))

@@ -4,7 +4,8 @@ It shares no formula with the package: an arc is followed from its centre to the
 the boundary. It is the reference for words, statuses and stability of orbits in a field.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,10 @@ class State(NamedTuple):
     y: Floats
     angle: Floats  # of the direction in which it leaves, from the x axis
     side: Sides  # BOTTOM, LEFT, TOP or RIGHT
+
+    def mapped(self, change: Callable[[NDArray[Any]], NDArray[Any]]) -> "State":
+        """Return the same bounces after a change of each array, such as a new shape."""
+        return State(change(self.x), change(self.y), change(self.angle), change(self.side))
 
 
 def start_at(a: float, arclength: Floats, sine: Floats) -> State:
