@@ -61,6 +61,8 @@ def field(
         if named:
             codes = [primitive(each) for each in given_codes(words, code)]
             orbits = catalogue.field(values, words=codes, progress=shown)
+            if not codes:
+                note("stdin contains no code")
         else:
             orbits = catalogue.field(values, choice.at(catalogue.a), progress=shown)
         found = orbits.counts() if counts else orbits
@@ -72,5 +74,7 @@ def field(
     names = TABLE_COLUMNS if output.for_people else COLUMNS
     most = options.ON_SCREEN if output.table and limit is None else limit
     count = output.write(names, islice(found.rows(names), most))
+    if not len(found):
+        raise typer.Exit(1)
     if count < len(found):
         note(f"{len(found)} rows; {count} shown, --limit {len(found)} shows all")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from orbitdb.answers.completeness import gaps
+from orbitdb.answers.completeness import gaps, nothing
 from orbitdb.answers.results import Result
 from orbitdb.answers.subset import Texts
 from orbitdb.arrays import Floats, Integers, Marks, Masks, Places, Words
@@ -246,7 +246,8 @@ def chosen_words(moment: Moment, chosen: Selection) -> PickedWords:
         raise SelectionError("status geometric: geometrically pruned words cannot be followed into a field")
     if chosen != Selection(chosen.a, chosen.periods):
         codes = [code for (block,) in blocks_of(moment, choose(moment, chosen), ["code"]) for code in block]
-        return PickedWords(chosen, _by_period(codes), (), gaps(moment, chosen))
+        notes = [*gaps(moment, chosen), "" if codes else nothing(moment, chosen)]
+        return PickedWords(chosen, _by_period(codes), (), [*filter(None, notes)])
     filled = [fill.p for fill in read_fills(moment, chosen.a) if fill.whole]
     periods = fillable(chosen.periods) if chosen.periods else filled
     return whole_periods(chosen, periods)._replace(notes=[] if periods else gaps(moment, chosen))
@@ -301,9 +302,7 @@ def follow_words(picked: PickedWords, kappa: Any, tell: Tell = nobody) -> FieldO
         raise InputError(
             f"{total} words at {len(kappas)} curvatures are more than {_MOST} entries: choose fewer"
         )
-    if not total:
-        raise InputError("no words to follow")
-    places, parts, done = [], [], 0
+    places, parts, done = [np.zeros(0, np.intp)], [_NO_WORDS], 0
     for rows, words in picked.batches:
         tell(done, total, f"period {words.shape[1]}")
         parts.append(_follow_period(stadium, words, kappas))
@@ -323,6 +322,16 @@ def follow_word(word: str, a: float, kappa: float) -> tuple[FieldStatus, ArcPath
     followed = follow(stadium, words, solve_in_doubles(words, stadium).coordinates, np.zeros(1), at)
     status = FieldStatus(str(measure(stadium, words, followed, at).status[0]))
     return status, ArcPaths.of(stadium, words.T, followed.coordinates.T, at)
+
+
+_NO_WORDS: dict[str, Any] = {
+    name: np.zeros(
+        0, {"code": np.dtypes.StringDType(), "status": np.dtypes.StringDType(), "p": np.int64}.get(name)
+    )
+    for name in COLUMNS
+    if name != "a"
+}
+"""The columns of no words."""
 
 
 class _Classes(NamedTuple):
@@ -401,7 +410,7 @@ def _notes(orbits: FieldOrbits) -> Iterator[str]:
             "some words may be missing: in a strong field, words that the geometric rules exclude can be "
             f"orbits; at a = {_CHECKED_A}, none was found up to p = {_CHECKED_P} and kappa = {_CHECKED_KAPPA}"
         )
-    if any(orbits.kappas):
+    if np.any(orbits.kappa):
         yield (
             "computed in doubles, without proof or error bounds; a word may have more orbits than the one "
             "that is followed from kappa = 0"

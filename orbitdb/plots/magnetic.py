@@ -17,6 +17,7 @@ from orbitdb.magnetic.status import IN_FIELD, FieldStatus
 from orbitdb.orbits.solve import solve_word
 from orbitdb.plots.paths import draw_stadium
 from orbitdb.plots.style import BLUE, GREY, INKS, PURPLE, figure, short
+from orbitdb.symbols.words import least_rotation
 from orbitdb.text import exact, shortened
 
 _PLACES = 40
@@ -90,10 +91,13 @@ def orbit_in_field(word: str, a: float, kappa: Sequence[float]) -> Figure:
 def actions_in_field(word: str, a: float, kappa: Sequence[float] = ()) -> Figure:
     """Draw the actions of a word and its reverse against the curvature."""
     values = kappa or np.linspace(0, _LARGEST / (a + 1), _STEPS)
-    words = dict.fromkeys([word, solve_word(word, a).reverse().code])
+    reverse = solve_word(word, a).reverse().code
+    words = [word] if least_rotation(reverse) == least_rotation(word) else [word, reverse]
     orbits = follow_words(named_words(words, a), values)
     if len(orbits.kappas) < 2 or not orbits.exists.any():
-        raise InputError(f"{orbits!r} cannot be drawn: give a range of kappa in which it is an orbit")
+        raise InputError(
+            f"{shortened(word)}: give a range of kappa in which it is an orbit, such as 0:0.3:31"
+        )
     with figure(6.4, 4.2, f"{shortened(word)} in a magnetic field at a = {exact(a)}") as made:
         draw_actions(made.add_subplot(), orbits)
     return made

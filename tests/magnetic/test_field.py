@@ -141,8 +141,7 @@ def test_a_word_that_cannot_be_followed_is_unresolved_not_absent(catalogue):
 def test_orbits_through_a_joint_are_no_orbits_without_a_field(catalogue):
     boundary = solved(6, 1.0)
     codes = to_strings(words_of(6)[boundary.status == "boundary"])
-    if not codes:
-        pytest.skip("no orbit of period 6 passes through a joint at a = 1")
+    assert codes
     assert set(catalogue.field(0, words=codes, a=1.0).status.tolist()) == {"joint"}
 
 
@@ -223,8 +222,30 @@ def test_figures_of_orbits_in_a_field(cli, filled, tmp_path):
         assert "<svg" in path.read_text(encoding="utf-8")
     gone = ["plot", "orbit", "13", "--kappa", "0.3", "-o", str(tmp_path / "x.svg")]
     assert cli(*gone).says(2, "13 at a = 1.6, kappa = 0.3 cannot be drawn: no orbit: an arc meets")
+    once = ["plot", "field", "13", "--kappa", "0.1", "-o", str(tmp_path / "x.svg")]
+    assert cli(*once).says(2, "13: give a range of kappa in which it is an orbit")
     many = ["plot", "orbit", "13", "--kappa", "0:0.1:3", "-o", str(tmp_path / "x.svg")]
     assert cli(*many).says(2, "3 values of kappa: plot orbit draws one")
+
+
+def test_a_figure_has_a_curve_for_each_word(catalogue):
+    orbits = catalogue.field(np.linspace(0, 0.3, 5), words=["0123", "0321"])
+    axes = orbits.plot()
+    drawn = {line.get_label(): line.get_ydata() for line in axes.get_lines()}
+    assert drawn["0123"].tolist() == orbits.action[orbits.code == "0123"].tolist()
+    assert {"0321", "stable", "to second order"} <= drawn.keys()
+    with pytest.raises(InputError, match="follow orbits to several kappa"):
+        catalogue.field(0.1, words="0123").plot()
+
+
+def test_nothing_chosen_is_said_and_is_no_row(catalogue, cli, filled):
+    none = cli("field", "--kappa", "0.1", "--range", "length=:1")
+    assert (none.code, none.out) == (1, "")
+    assert "no words at a = 1.6 with length <= 1" in none.err
+    lacking = cli("field", "--kappa", "0.1", "--p", "9", "--contains", "555")
+    assert (lacking.code, "period 9 is not filled" in lacking.err) == (1, True)
+    assert len(catalogue.field(0.1, p="2-8", length=(None, 1))) == 0
+    assert cli("field", "--p", "3", "--a", "1.3", "--kappa", "0.1").code == 0  # needs no fill
 
 
 def test_the_slope_of_the_area_is_a_column_everywhere(catalogue, cli, filled):
