@@ -3,15 +3,26 @@
 import numpy as np
 import pytest
 from field_map import next_bounce, start_at, symbols_of, trajectories
+from hypothesis import assume, given
+from hypothesis import strategies as st
 from in_field import A, followed, measured, orbits_at, paths_at, states
-from solutions import solved, words_of
+from solutions import random_word, solved, words_of
 
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.magnetic.action import derivatives, solve_hessian
 from orbitdb.magnetic.continuation import follow
 from orbitdb.magnetic.status import IN_FIELD, measure
-from orbitdb.symbols.symmetry import REVERSE, act_on_coordinates, act_on_words
-from orbitdb.symbols.words import are_primitive, least_rotations, pack, to_strings, unpack
+from orbitdb.orbits.solve import solve
+from orbitdb.symbols.symmetry import ELEMENTS, ODD, REVERSE, act_on_coordinates, act_on_words
+from orbitdb.symbols.words import (
+    are_primitive,
+    from_strings,
+    is_primitive,
+    least_rotations,
+    pack,
+    to_strings,
+    unpack,
+)
 
 
 def reproduced(words, places, kappa, a):
@@ -60,6 +71,34 @@ def test_the_reverse_in_a_field_is_the_orbit_in_the_opposite_field(p):
     for name in ("action", "length", "lyapunov"):
         assert getattr(forward, name) == pytest.approx(getattr(backward, name), rel=1e-9, nan_ok=True)
     assert forward.area == pytest.approx(-backward.area, abs=1e-10, nan_ok=True)
+
+
+@given(
+    seed=st.integers(0, 10**6),
+    order=st.integers(3, 12),
+    a=st.floats(0.3, 6),
+    share=st.floats(-0.95, 0.95).filter(lambda share: abs(share) > 1e-3),
+)
+def test_images_of_any_word_and_the_map_agree(seed, order, a, share):
+    """Even elements keep kappa, odd ones turn its sign; the map follows exactly the words that are orbits."""
+    word, kappa = random_word(seed, order), share / (a + 1)
+    assume(is_primitive(word))
+    words = from_strings([word])
+    places, zero, found = solve(words, a).coordinates, np.zeros(1), []
+    for element in ELEMENTS:
+        image, own = act_on_words(element, words), act_on_coordinates(element, words, places)
+        sign = -1 if element in ODD else 1
+        followed = follow(Stadium(a), image, own, zero, zero + sign * kappa)
+        found.append((sign, measure(Stadium(a), image, followed, zero + sign * kappa)))
+        if not followed.lost[0]:
+            inside = np.abs(followed.coordinates) < np.where(STRAIGHT[image], a, HALF_PI) - 1e-8
+            real = inside.all() and reproduced(image, followed.coordinates, sign * kappa, a)[0]
+            assert (found[-1][1].status[0] in IN_FIELD) == real
+    (_, first), *others = found
+    for sign, other in others:
+        assert other.status.tolist() == first.status.tolist()
+        assert other.action == pytest.approx(first.action, rel=1e-9, nan_ok=True)
+        assert sign * other.area == pytest.approx(first.area, abs=1e-7, nan_ok=True)
 
 
 def test_the_way_to_a_curvature_does_not_matter():
