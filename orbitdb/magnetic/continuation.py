@@ -10,15 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from orbitdb.arrays import Floats, Marks, Words
-from orbitdb.billiard.stadium import Stadium
+from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.magnetic.action import ArcPaths, derivatives, solve_hessian
 
-STEP = 0.05
-"""Largest step in kappa."""
+STEP = 1 / 8
+"""Largest step in kappa, in units of the largest curvature, 1 / (a + 1)."""
 
 _LEAST_STEP = 2.0**-12 * STEP
 _FAR = 0.05
-"""Largest first correction of a step, in units of the coordinates; the next one is about its square."""
+"""Largest first correction of a step, in radians or, on a wall, in units of a + 1; the next one is about its
+square."""
 
 _CORRECTIONS = 3
 _NEAR = 1e-4
@@ -69,7 +70,8 @@ def follow(stadium: Stadium, words: Words, coordinates: Floats, start: Floats, e
 def _follow(stadium: Stadium, symbols: Words, places: Floats, start: Floats, end: Floats) -> Followed:
     places, kappa = places.copy(), start.copy()
     speed = _newton_step(stadium, symbols, places, kappa)[1]
-    step = np.full(len(kappa), STEP)
+    largest, least = STEP / (stadium.a + 1), _LEAST_STEP / (stadium.a + 1)
+    step = np.full(len(kappa), largest)
     moving = np.flatnonzero((kappa != end) & ~np.isnan(places[0]))
     while len(moving):
         own = symbols.take(moving, axis=1)
@@ -81,9 +83,9 @@ def _follow(stadium: Stadium, symbols: Words, places: Floats, start: Floats, end
         there = moving[reached]
         places[:, there], kappa[there] = now[:, reached], goal[reached]
         speed[:, there] = fresh_speed[:, reached]
-        step[there] = np.minimum(2 * step[there], STEP)
+        step[there] = np.minimum(2 * step[there], largest)
         step[moving[~reached]] /= 2
-        moving = moving[(kappa[moving] != target) & (step[moving] >= _LEAST_STEP)]
+        moving = moving[(kappa[moving] != target) & (step[moving] >= least)]
     places[:, kappa != end] = np.nan
     return _polished(stadium, symbols, places, end)
 
@@ -93,9 +95,10 @@ def _corrected(
 ) -> tuple[Floats, Floats, Marks]:
     """Return corrected bounces, their derivatives in kappa, and which of them are on their own branch."""
     near = np.ones(len(kappa), np.bool_)
+    unit = np.where(STRAIGHT[symbols], stadium.a + 1, 1.0)
     for count in range(_CORRECTIONS):
         move, speed = _newton_step(stadium, symbols, places, kappa)
-        size = np.abs(move).max(axis=0)
+        size = np.abs(move / unit).max(axis=0)
         places = places + move
         if not count:
             near = size <= _FAR  # false for NaN, too

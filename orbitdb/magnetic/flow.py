@@ -59,7 +59,8 @@ def bounce_factors(symbols: Words, paths: ArcPaths) -> Floats:
     turn = preceding(paths.chord * stretch(paths.sine)) * kappa
     drift = preceding(paths.chord * stretch(paths.sine)) * np.sinc(turn / np.pi)
     curvature = np.where(STRAIGHT[symbols], 0.0, 1.0) - kappa * ANTICLOCKWISE[symbols] * outgoing
-    kick = -2 * curvature / np.sqrt(1 - outgoing**2)
+    with np.errstate(divide="ignore", invalid="ignore"):  # a path along the boundary is no orbit
+        kick = -2 * curvature / np.sqrt(1 - outgoing**2)
     top = np.cos(turn), drift
     bottom = kick * top[0] - kappa * np.sin(turn), kick * top[1] + top[0]
     return -np.stack([np.stack(top), np.stack(bottom)])
