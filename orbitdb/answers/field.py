@@ -407,8 +407,8 @@ def _notes(orbits: FieldOrbits) -> Iterator[str]:
         and max(map(abs, orbits.kappas)) <= _CHECKED_KAPPA
     ):
         yield (
-            "some words may be missing: in a strong field, words can have orbits not connected with "
-            f"kappa = 0; at a = {_CHECKED_A}, none was found up to p = {_CHECKED_P} and kappa = {_CHECKED_KAPPA}"
+            "some words may be missing: in a strong field, words can have orbits not connected with kappa = 0 "
+            f"(at a = {_CHECKED_A}, none was found up to p = {_CHECKED_P} and kappa = {_CHECKED_KAPPA})"
         )
     if np.any(orbits.kappa):
         yield (
