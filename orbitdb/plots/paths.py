@@ -36,7 +36,7 @@ def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, symbols: str, colour:
     small = ax.get_window_extent().width < _SMALL * ax.figure.dpi
     font = rcParams["font.size"]
     away, size = (6, SMALL) if small else (1.2 * font, 0.9 * font)
-    _draw_stadium(ax, stadium, small)
+    draw_stadium(ax, stadium, small)
     closed = np.concatenate([points, points[:1]])
     many = len(points) > _MOST_MARKED
     ax.plot(*closed.T, color=colour, linewidth=0.6 if many or small else 1.3, zorder=3)
@@ -61,7 +61,7 @@ def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, symbols: str, colour:
 
 def draw_path(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -> None:
     """Draw the path of a trajectory through its bounces, shape (T, 2), in the stadium."""
-    _draw_stadium(ax, stadium, ax.get_window_extent().width < _SMALL * ax.figure.dpi)
+    draw_stadium(ax, stadium, ax.get_window_extent().width < _SMALL * ax.figure.dpi)
     ax.plot(*points.T, color=colour, linewidth=0.6 if len(points) > _MOST_MARKED else 1.3, zorder=3)
     ax.plot(*points[0], "o", color=colour, markersize=4, zorder=4)
 
@@ -78,7 +78,7 @@ def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
         )
 
 
-def _draw_stadium(ax: Axes, stadium: Stadium, small: bool) -> None:
+def draw_stadium(ax: Axes, stadium: Stadium, small: bool) -> None:
     """Draw the outline and, unless the axes are small, ticks and faint continuations of walls and circles."""
     a, turn = stadium.a, np.linspace(0, 2 * math.pi, 200)
     if small:
