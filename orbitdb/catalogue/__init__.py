@@ -298,9 +298,10 @@ class Catalogue(QuantumCatalogue):
         --------
         >>> orbits = catalogue.field([0.05, 0.1], words="0123")
         >>> orbits.status.tolist(), orbits.splitting.round(6).tolist()
-        (['orbit', 'orbit'], [1, 2])
+        (['orbit', 'orbit'], [-0.52, -1.04])
         """
-        from orbitdb.answers.field import chosen_words, follow_words, named_words
+        from orbitdb.answers.field import follow_words
+        from orbitdb.answers.field_words import chosen_words, named_words
 
         if words is not None:
             if selection is not None or criteria.keys() - {"a"}:

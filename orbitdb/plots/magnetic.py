@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from orbitdb.answers.field import FieldOrbits, follow_word, follow_words, named_words
+from orbitdb.answers.field import FieldOrbits, follow_word, follow_words
+from orbitdb.answers.field_words import named_words
 from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import following
 from orbitdb.billiard.stadium import Stadium
