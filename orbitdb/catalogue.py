@@ -744,9 +744,10 @@ class Catalogue:
         --------
         >>> orbits = catalogue.field([0.05, 0.1], words="0123")
         >>> orbits.status.tolist(), orbits.splitting.round(6).tolist()
-        (['orbit', 'orbit'], [1, 2])
+        (['orbit', 'orbit'], [-0.52, -1.04])
         """
-        from orbitdb.answers.field import chosen_words, follow_words, named_words
+        from orbitdb.answers.field import follow_words
+        from orbitdb.answers.field_words import chosen_words, named_words
 
         if words is None:
             picked = self._answer(chosen_words, selection, criteria)

@@ -7,14 +7,14 @@ elements (the identity, xy, xT, yT) have the numbers of the representative at ka
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from orbitdb.answers.completeness import gaps, nothing
+from orbitdb.answers.field_words import MOST, PickedWords, followable, whole_periods
 from orbitdb.answers.results import Result
 from orbitdb.answers.subset import Texts
 from orbitdb.arrays import Floats, Integers, Marks, Masks, Places, Words
@@ -26,27 +26,18 @@ from orbitdb.magnetic.action import ArcPaths
 from orbitdb.magnetic.continuation import follow
 from orbitdb.magnetic.status import IN_FIELD, FieldStatus, measure
 from orbitdb.orbits.newton import solve_in_doubles
-from orbitdb.orbits.orbit import pruned_word
-from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
-from sqlalchemy import Connection
-from orbitdb.store.fills import read_fills
-from orbitdb.store.query import choose
-from orbitdb.store.rows import blocks_of
-from orbitdb.store.selection import Selection, SelectionError, fillable
-from orbitdb.symbols.enumeration import Span, all_least_words
-from orbitdb.symbols.pruning import count_admissible
-from orbitdb.symbols.symmetry import ODD, SIZES, class_of, classify, encloses_nothing, packed_members
+from orbitdb.store.selection import Selection
+from orbitdb.symbols.symmetry import ODD, class_of, classify, encloses_nothing
 from orbitdb.symbols.words import (
     MAX_KEYED,
     from_strings,
     least_rotations,
     pack,
-    parse_primitive,
     to_strings,
     unpack,
 )
-from orbitdb.text import exact, several, shortened
+from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
     import pandas
@@ -56,12 +47,6 @@ COLUMNS = (
     "residual",
 )  # fmt: skip
 """The columns of the entries, which are also their JSON keys."""
-
-LONGEST = 1000
-"""Largest number of bounces of a word that is followed into a field."""
-
-_MOST = 2_000_000
-"""Largest number of entries of a result."""
 
 _CHECKED_A, _CHECKED_P, _CHECKED_KAPPA = 1.6, 8, 0.1
 """Half length, highest period and largest curvature at which random searches found no further words."""
@@ -75,7 +60,7 @@ class FieldOrbits(Drawn):
     """Words in a magnetic field, as arrays with one entry per word and curvature.
 
     The numbers are computed in doubles, without error bounds; they are NaN for words that are not orbits.
-    `plot` draws the action of a single word and of its reverse.
+    `plot` draws the actions against the curvature.
 
     Attributes
     ----------
@@ -106,7 +91,7 @@ class FieldOrbits(Drawn):
     --------
     >>> orbits = catalogue.field(0.05, p="2-8")
     >>> orbits
-    <3197 words of period 2 to 8 at a = 1.6, kappa = 0.05: 2172 orbits>
+    <3197 words of period 2 to 8 at a = 1.6, kappa = 0.05: 2084 orbits>
     >>> orbits.counts()["N_c"][-1]
     1375
     """
@@ -207,74 +192,6 @@ class FieldOrbits(Drawn):
         return (self,), self.selection.describe(count=len(self) // len(self.kappas))
 
 
-class PickedWords(NamedTuple):
-    """Words to follow into a field."""
-
-    selection: Selection
-    batches: list[tuple[Places, Words]]  # for each period, the places of the entries, and words, shape (N, p)
-    periods: tuple[int, ...]  # those whose words are all here
-    notes: list[str]
-
-
-def named_words(words: str | Iterable[str], a: float) -> PickedWords:
-    """Return given words; raise `InputError` if one of them cannot be followed from kappa = 0."""
-    codes = [_followable(word, a) for word in ([words] if isinstance(words, str) else words)]
-    return PickedWords(Selection(a), _by_period(codes), (), [])
-
-
-def _followable(word: str, a: float) -> str:
-    symbols = parse_primitive(word)
-    if (pruned := pruned_word(symbols, a)) is not None:
-        raise InputError(f"{shortened(symbols)} cannot be followed into a field: {pruned.status.sentence}")
-    if len(symbols) > LONGEST:
-        raise InputError(
-            f"a word of {len(symbols)} bounces is too long to follow into a field: give at most {LONGEST}"
-        )
-    return symbols
-
-
-def _by_period(codes: Sequence[str]) -> list[tuple[Places, Words]]:
-    orders = np.array([len(code) for code in codes])
-    groups = [np.flatnonzero(orders == p) for p in np.unique(orders)]
-    return [(rows, from_strings([codes[row] for row in rows.tolist()])) for rows in groups]
-
-
-def chosen_words(moment: Connection, chosen: Selection) -> PickedWords:
-    """Return the words of chosen periods, of all filled ones by default, or those that criteria choose.
-
-    Words chosen by periods alone need not be stored.
-    """
-    if Status.GEOMETRIC in chosen.statuses:
-        raise SelectionError("status geometric: geometrically pruned words cannot be followed into a field")
-    if chosen != Selection(chosen.a, chosen.periods):
-        codes = [code for (block,) in blocks_of(moment, choose(moment, chosen), ["code"]) for code in block]
-        notes = [*gaps(moment, chosen), "" if codes else nothing(moment, chosen)]
-        return PickedWords(chosen, _by_period(codes), (), [*filter(None, notes)])
-    filled = [fill.p for fill in read_fills(moment, chosen.a) if fill.whole]
-    periods = fillable(chosen.periods) if chosen.periods else filled
-    return whole_periods(chosen, periods)._replace(notes=[] if periods else gaps(moment, chosen))
-
-
-def whole_periods(chosen: Selection, periods: Sequence[int]) -> PickedWords:
-    """Return all words of the given periods that the geometric rules allow.
-
-    Raises
-    ------
-    InputError
-        If there are too many.
-    """
-    total = sum(map(count_admissible, periods))
-    if total > _MOST:
-        raise InputError(f"these periods have {total} words, more than {_MOST}: choose fewer periods")
-    batches, start = [], 0
-    for p in periods:
-        classes = all_least_words(Span.whole(p))
-        every = ((1 << SIZES[classes.stabiliser]) - 1).astype(np.uint8)
-        codes = np.concatenate([*packed_members(classes.codes, p, every, classes.stabiliser)])
-        batches.append((np.arange(start, start := start + len(codes)), unpack(codes, p)))
-    return PickedWords(chosen, batches, tuple(periods), [])
-
-
 def curvatures(values: Any, a: float) -> Floats:
     """Return curvatures, shape (K,), given as one number or several.
 
@@ -300,9 +217,9 @@ def follow_words(picked: PickedWords, kappa: Any, tell: Tell = nobody) -> FieldO
     stadium = Stadium(picked.selection.a)
     kappas = curvatures(kappa, stadium.a)
     total = sum(len(rows) for rows, _ in picked.batches)
-    if total * len(kappas) > _MOST:
+    if total * len(kappas) > MOST:
         raise InputError(
-            f"{total} words at {len(kappas)} curvatures are more than {_MOST} entries: choose fewer"
+            f"{total} words at {len(kappas)} curvatures are more than {MOST} entries: choose fewer"
         )
     places, parts, done = [np.zeros(0, np.intp)], [_NO_WORDS], 0
     for rows, words in picked.batches:
@@ -320,7 +237,7 @@ def follow_words(picked: PickedWords, kappa: Any, tell: Tell = nobody) -> FieldO
 
 def follow_word(word: str, a: float, kappa: float) -> tuple[FieldStatus, ArcPaths]:
     """Return the status of one word at a curvature, and its path, for figures."""
-    stadium, words, at = Stadium(a), from_strings([_followable(word, a)]), curvatures(kappa, a)
+    stadium, words, at = Stadium(a), from_strings([followable(word, a)]), curvatures(kappa, a)
     followed = follow(stadium, words, solve_in_doubles(words, stadium).coordinates, np.zeros(1), at)
     status = FieldStatus(str(measure(stadium, words, followed, at).status[0]))
     return status, ArcPaths.of(stadium, words.T, followed.coordinates.T, at)
@@ -409,7 +326,7 @@ def _notes(orbits: FieldOrbits) -> Iterator[str]:
         and max(map(abs, orbits.kappas)) <= _CHECKED_KAPPA
     ):
         yield (
-            "some words may be missing: in a strong field, words can have orbits not connected with kappa = 0 "
+            "some words may be missing: in a strong field, there are orbits not connected with kappa = 0 "
             f"(at a = {_CHECKED_A}, none was found up to p = {_CHECKED_P} and kappa = {_CHECKED_KAPPA})"
         )
     if np.any(orbits.kappa):

@@ -6,7 +6,8 @@ from itertools import cycle
 import numpy as np
 from matplotlib.axes import Axes
 
-from orbitdb.answers.field import FieldOrbits, follow_word, follow_words, named_words
+from orbitdb.answers.field import FieldOrbits, follow_word, follow_words
+from orbitdb.answers.field_words import named_words
 from orbitdb.arrays import Floats
 from orbitdb.billiard.legs import following
 from orbitdb.billiard.stadium import Stadium
