@@ -12,8 +12,8 @@ from textual.app import App, ComposeResult
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
-from orbitdb.cli.tui.panels.paged_table import PagedTable, width_of
 from orbitdb.cli.tui.panels.jumps import place_of
+from orbitdb.cli.tui.panels.paged_table import PagedTable, width_of
 from orbitdb.cli.tui.stored import EVERY, USUAL, Ordering, Pages
 from orbitdb.errors import StoreError
 from orbitdb.store.file import Reader
