@@ -65,7 +65,7 @@ _MODULES |= dict.fromkeys(("delete", "migrate"), "info")
 _OPTIONS = {
     "Catalogue": ("a", "db"),
     "Choose": (
-        "p", "status", "reversal", "symmetry", "contains", "exists", "not_at", "bounds", "where",
+        "p", "status", "reversal", "symmetry", "contains", "without", "exists", "not_at", "bounds", "where",
         "parameters",
     ),
     "Output": (

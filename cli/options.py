@@ -279,7 +279,11 @@ Codes = Annotated[list[str] | None, typer.Option("--code", help="Same as WORD; r
 """`orbitdb.cli.reading.given_codes` reads these together with `Words`."""
 
 Limit = Annotated[
-    int | None, count_option(least=0, help="Maximum number of rows [default: 40 in a table, otherwise all].")
+    int | None,
+    count_option(
+        least=0,
+        help="Maximum number of rows, at each a if you ask for several [default: 40 in a table, else all].",
+    ),
 ]
 ON_SCREEN = 40
 """Default limit for a table."""
@@ -351,6 +355,13 @@ class Choice:
         str | None,
         typer.Option(metavar="SYMBOLS", help="Words that contain this sequence of symbols, in any rotation."),
     ] = None
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="SYMBOLS",
+            help="Words that do not contain this sequence of symbols, in any rotation; repeatable.",
+        ),
+    ] = None
     exists: Annotated[
         list[float] | None,
         number_option(
@@ -370,14 +381,16 @@ class Choice:
         typer.Option(
             "--range",
             metavar="NAME=LOW:HIGH",
-            help="Range of length, lyapunov, lambda_d, lambda_c, margin, born or dies; repeatable.",
+            help="Range of length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born or dies, or "
+            "number of walls, such as walls=0; repeatable.",
         ),
     ] = None
     where: Annotated[
         str | None,
         typer.Option(
             metavar="SQL",
-            help="Rows for which this SQL expression holds; code = code('310') finds a word in any rotation.",
+            help="Rows for which this SQL expression holds; code = code('310') finds a word in any rotation, "
+            "contains(code, '0202') the words that contain 0202 in any rotation.",
         ),
     ] = None
     parameters: Parameters = None
@@ -397,6 +410,7 @@ class Choice:
             time_reversal=self.reversal,
             exists=self.exists or (),
             not_at=self.not_at or (),
+            without=self.without or (),
             parameters=parameters,
         )
         return replace(chosen, ranges=parse_bounds(self.bounds or ()))

@@ -229,28 +229,31 @@ def _directive(name: str) -> str:
 
 
 def keys() -> str:
-    """Return a Markdown table of the keys of the terminal UI, with the words of its help."""
+    """Return a Markdown table of the keys of the terminal UI by purpose, with the words of its help."""
     from textual.keys import format_key
 
     from orbitdb.cli.tui.app import BrowseApp
-    from orbitdb.cli.tui.counts_screen import CountsScreen
+    from orbitdb.cli.tui.counts_screen import CountsList, CountsScreen
+    from orbitdb.cli.tui.help import PURPOSES
     from orbitdb.cli.tui.main_screen import MainScreen
     from orbitdb.cli.tui.panels.paged_table import PagedTable
     from orbitdb.cli.tui.screens import ScrollBox
     from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 
-    lines = ["| | key | does |", "|---|---|---|"]
-    parts: list[Any] = [PagedTable, MainScreen, BrowseApp, CountsScreen, StatisticsScreen, ScrollBox]
+    groups: dict[str, list[Any]] = {purpose: [] for purpose in (*PURPOSES, "counts", "averages")}
+    own = {CountsScreen: "counts", CountsList: "counts", StatisticsScreen: "averages"}
+    parts: list[Any] = [PagedTable, ScrollBox, MainScreen, BrowseApp, *own]
     for part in parts:
-        group = part.BINDING_GROUP_TITLE
         for each in part.BINDINGS:
             if not each.system:
-                names = [each.key_display] if each.key_display else map(format_key, each.key.split(","))
-                shown = " ".join(f"`{name}`" for name in names)
-                lines.append(
-                    f"| {group} | {shown} | {_plain(f'{each.description} {each.tooltip}'.strip())} |"
-                )
-                group = ""
+                groups[own.get(part, each.id)].append(each)
+    lines = ["| | key | does |", "|---|---|---|"]
+    for group, bindings in groups.items():
+        for place, each in enumerate(bindings):
+            names = [each.key_display] if each.key_display else map(format_key, each.key.split(","))
+            shown = " ".join(f"`{name}`" for name in names)
+            does = _plain(f"{each.description} {each.tooltip}".strip())
+            lines.append(f"| {'' if place else group} | {shown} | {does} |")
     return "\n".join(lines)
 
 

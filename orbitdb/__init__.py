@@ -36,6 +36,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # isort: off
+    from orbitdb.averages.simulation import simulate as simulate
     from orbitdb.billiard.stadium import Stadium as Stadium
     from orbitdb.catalogue import Catalogue as Catalogue
     from orbitdb.answers.identification import (
@@ -71,7 +72,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.store.fills import Fill as Fill, Sweep as Sweep
     from orbitdb.store.lives import BirthFill as BirthFill, Life as Life
     from orbitdb.symbols.plane import symbol_plane as symbol_plane
-    from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
+    from orbitdb.trajectories.ensemble import Reference as Reference
     from orbitdb.trajectories.pruning_front import Front as Front, PruningFront as PruningFront
     from orbitdb.trajectories.trajectory import Bounces as Bounces, trajectory as trajectory
     from orbitdb.verification.verify import Verification as Verification
@@ -83,6 +84,7 @@ if find_spec("orbitdb.cli") is None:  # in the source folder, two packages lie b
     __path__.append(str(Path(__file__).parent.parent))
 
 _HOMES = {
+    "averages.simulation": ("simulate",),
     "billiard.stadium": ("Stadium",),
     "catalogue": ("Catalogue",),
     "answers.identification": ("Candidate", "Candidates", "Followed", "Trajectory"),
@@ -113,7 +115,7 @@ _HOMES = {
     "store.fills": ("Fill", "Sweep"),
     "store.lives": ("BirthFill", "Life"),
     "symbols.plane": ("symbol_plane",),
-    "trajectories.ensemble": ("Reference", "simulate"),
+    "trajectories.ensemble": ("Reference",),
     "trajectories.pruning_front": ("Front", "PruningFront"),
     "trajectories.trajectory": ("Bounces", "trajectory"),
     "verification.verify": ("Verification",),

@@ -87,6 +87,10 @@ OF_WORDS = [
            "symmetry that makes the second half of the orbit the image of the first; 'x', 'y' or 'xy'. In "
            "the quarter stadium, such an orbit closes after half of its length",
            empty="no such symmetry; geometrically pruned"),
+    Column("quarter_maslov", "integer",
+           "Maslov index of one traversal in the quarter stadium x, y >= 0; maslov/2 if the column half has "
+           "a value, otherwise maslov. Bounces on the axes do not count: they give the sign of the parity",
+           empty=PRUNED),
     Column("rules", "integers",
            "numbers of the geometric rules that the word breaks; comma-separated text in SQL, a list in JSON "
            "and in files", empty="unless geometrically pruned"),
@@ -106,6 +110,9 @@ OF_ORBITS = [
     Column("quarter_length", "number",
            "length of one traversal in the quarter stadium x, y >= 0; L/2 if the column half has a value, "
            "otherwise L", "radius", "length_error", NO_ORBIT),
+    Column("quarter_lyapunov", "number",
+           "lambda of one traversal in the quarter stadium x, y >= 0; lyapunov/2 if the column half has a "
+           "value, otherwise lyapunov", "1", "lyapunov_error", NO_ORBIT),
     Column("lyapunov", "number",
            "lambda of one traversal; ln of the largest modulus of an eigenvalue of the monodromy matrix",
            "1", "lyapunov_error", NO_ORBIT),
@@ -115,7 +122,9 @@ OF_ORBITS = [
     Column("lambda_c", "number", "lambda per unit length, lambda/L", "1/radius", "lambda_c_error", NO_ORBIT),
     Column("margin", "number",
            "smallest distance of a bounce from the end of its wall or semicircle; 0 at a joint, negative if "
-           "a bounce lies beyond the end", PLACE, "", PRUNED),
+           "a bounce lies beyond the end. That of a dynamically pruned word belongs to its closed path, or, "
+           "if that path has a leg that the stadium does not allow, to the longest path without one",
+           PLACE, "", PRUNED),
     Column("residual", "number",
            "largest violation of the law of reflection; the difference between the cosines of the two angles "
            "at a bounce, from the stored coordinates", "1", "", NO_ORBIT),
@@ -316,7 +325,10 @@ OF_LIVES = [
 
 OF_BOUNDS = [
     Column(
-        "window", "integer", "length of the longest windows examined, in edges; windows are pieces of a path"
+        "window",
+        "integer",
+        "number of edges of the longest windows examined; a window is a piece of a path, and an edge leads "
+        "from one bounce to the next",
     ),
     Column("lower", "number", "proved lower bound on the topological entropy per bounce", "1", "proved"),
     Column("upper", "number", "proved upper bound on the topological entropy per bounce", "1", "proved"),

@@ -124,7 +124,7 @@ def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
     from orbitdb.filling.estimate import LARGE, about
 
     if dry_run or coming.words >= LARGE:
-        room = f" and {gigabytes(coming.bytes)}" if coming.bytes else ""
+        room = f" and up to {gigabytes(coming.bytes)}" if coming.bytes else ""
         note(f"{span}: {several(coming.words, 'word')} to solve, {about(coming.seconds)}{room}, in {db}")
 
 

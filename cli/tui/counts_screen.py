@@ -12,7 +12,6 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.style import Style
 from rich.table import Table
 from rich.text import Text
-from sqlalchemy import Connection
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
@@ -29,6 +28,7 @@ from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.panels.choices import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import EVERY
+from orbitdb.store.connection import Connection
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 
@@ -274,7 +274,7 @@ class CountsScreen(OwnScreen[str | None]):
         if not counts:
             self.notify("there is nothing to draw")
             return
-        draw = partial(save_figure, "draw_counts", (counts, column, title))
+        draw = partial(save_figure, "screen.counts", (counts, column, title))
         ask_for_file(self, f"{column}.png", f"the histogram of {column}", draw)
 
     def action_column(self) -> None:

@@ -21,6 +21,7 @@ from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.plots.registry import load_function
 from orbitdb.plots.svg import orbit_svg
 from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
@@ -98,21 +99,21 @@ def save_orbit(orbit: Orbit | None, in_phase_space: bool, path: Path) -> str:
     if orbit is None or orbit.points is None:
         raise InputError("there is no orbit to draw")
     if in_phase_space:
-        return save_figure("draw_phase", [orbit], path)
+        return save_figure("phase_space.phase_space_of", [orbit], path)
     if path.suffix != ".svg":
-        return save_figure("draw_orbit", [orbit], path)
+        return save_figure("orbits.orbit", [orbit], path)
     code = code_text(orbit.code)
     title = f"The orbit {code} at a = {exact(orbit.a)}"
     with complete(path) as draft:
-        drawn = orbit_svg(Stadium(orbit.a), orbit.points, title, _WIDTH)
+        drawn = orbit_svg(Stadium(orbit.a), orbit.points, orbit.code, title, _WIDTH)
         draft.write_text(drawn + "\n", encoding="utf-8")
     return f"{code} drawn in {path}"
 
 
 def save_figure(name: str, arguments: Sequence[Any], path: Path) -> str:
-    """Save the figure that a function of `orbitdb.cli.figures.orbits` draws; return a message about it."""
+    """Save the figure that a function of `orbitdb.plots` draws, ``module.function``; return a message."""
     style = load("orbitdb.plots.style", "a figure", "plot")
-    figure = getattr(load("orbitdb.cli.figures.orbits", "a figure", "plot"), name)(*arguments)
+    figure = load_function(name)(*arguments)
     title = str(figure.get_label())
     with complete(path) as draft:
         style.save(figure, draft, path.suffix[1:], title)

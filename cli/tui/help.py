@@ -2,8 +2,11 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import groupby
+from operator import itemgetter
 from typing import ClassVar
 
+from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 from textual.app import ComposeResult
@@ -39,6 +42,8 @@ class KeysPanel(VerticalScroll, can_focus=False):
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"keys--key", "keys--purpose"}
 
+    _listed: tuple[list[tuple[str, str, Binding]], list[Style]] | None = None
+
     def compose(self) -> ComposeResult:
         yield Static()
 
@@ -48,15 +53,21 @@ class KeysPanel(VerticalScroll, can_focus=False):
         self.show()
 
     def show(self, _: object = None) -> None:
-        named, plain = (
-            self.get_component_rich_style(f"keys--{name}", partial=True) for name in ("key", "purpose")
-        )
+        """List the keys, unless the same ones are listed: a new list can give the focus to another widget."""
+        styles = [self.get_component_rich_style(f"keys--{name}", partial=True) for name in ("key", "purpose")]
+        listed = [
+            (name, " ".join(dict.fromkeys(map(self.app.get_key_display, bindings))), bindings[0])
+            for name, actions in keys_by_purpose(self.screen)
+            for bindings in actions.values()
+        ]
+        if self._listed == (listed, styles):
+            return
+        self._listed = listed, styles
         table = Table.grid(padding=(0, 1, 0, 0))
         table.add_column(justify="right")
-        for name, actions in keys_by_purpose(self.screen):
-            table.add_row("", Text(name, plain))
-            for bindings in actions.values():
-                keys = " ".join(dict.fromkeys(map(self.app.get_key_display, bindings)))
-                table.add_row(Text(keys, named), f"{bindings[0].description} {bindings[0].tooltip}".strip())
+        for name, lines in groupby(listed, itemgetter(0)):
+            table.add_row("", Text(name, styles[1]))
+            for _, keys, binding in lines:
+                table.add_row(Text(keys, styles[0]), f"{binding.description} {binding.tooltip}".strip())
             table.add_row()
         self.query_one(Static).update(table)

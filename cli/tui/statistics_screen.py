@@ -214,7 +214,7 @@ class StatisticsScreen(OwnScreen[str | None]):
         if self.result is None:
             return
         curves, title = curves_of(self.result, self.reference), self._selection.describe()
-        draw = partial(save_figure, "draw_curves", (curves, _TITLES, title))
+        draw = partial(save_figure, "screen.curves", (curves, _TITLES, title))
         ask_for_file(self, "statistics.png", "the three plots, one below another", draw)
 
     def action_weight(self) -> None:

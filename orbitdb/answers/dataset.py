@@ -13,8 +13,6 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection
-
 from orbitdb import __version__
 from orbitdb.answers.completeness import gaps, nothing
 from orbitdb.answers.entropy import table
@@ -26,6 +24,7 @@ from orbitdb.columns import EVERY, OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
+from orbitdb.store.connection import Connection
 from orbitdb.store.contents import class_rows, runs
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lives import read_birth_fills, read_lives

@@ -6,11 +6,9 @@ from itertools import groupby
 from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import Connection
-
 from orbitdb.entropy.bounds import BALLS
 from orbitdb.extras import data_frame
-from orbitdb.store.connection import path_of
+from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.contents import room, schema_version
 from orbitdb.store.fills import read_fills, read_sweeps
 from orbitdb.store.lives import read_birth_fills

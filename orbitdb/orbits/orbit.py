@@ -152,6 +152,16 @@ class Orbit(Drawn):
         return None if self.length is None else self.length / (2 if self.half else 1)
 
     @property
+    def quarter_lyapunov(self) -> float | None:
+        """Lambda of one traversal in the quarter stadium: lambda / 2 if there is a `half`, else lambda."""
+        return None if self.lyapunov is None else self.lyapunov / (2 if self.half else 1)
+
+    @property
+    def quarter_maslov(self) -> int | None:
+        """Maslov index of one traversal in the quarter stadium: `maslov` / 2 if there is a `half`."""
+        return None if self.maslov is None else self.maslov // (2 if self.half else 1)
+
+    @property
     def lambda_d(self) -> float | None:
         """Lambda per bounce, or None if there is no orbit."""
         return None if self.lyapunov is None else self.lyapunov / self.p

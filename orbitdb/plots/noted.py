@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from orbitdb.answers import completeness
 from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.store.selection import Selection
 
@@ -19,13 +18,13 @@ def asked(catalogue: "Catalogue", function: Callable[..., _Answer], chosen: Sele
 
 
 def gaps(catalogue: "Catalogue", chosen: Selection, order: str = "p") -> list[str]:
-    """Return one line for each kind of gap in a chosen subset (`orbitdb.answers.completeness.gaps`)."""
-    return asked(catalogue, lambda moment, own: completeness.gaps(moment, own, order=order), chosen)
+    """Return one line for each kind of gap in a chosen subset."""
+    return [*catalogue.rows(chosen, columns=("code",), order=order).notes]
 
 
 def nothing(catalogue: "Catalogue", chosen: Selection) -> EmptyFigureError:
     """Return the error for a subset without anything to draw."""
-    lines = gaps(catalogue, chosen)
-    if empty := asked(catalogue, completeness.nothing, chosen):
-        lines.append(f"{empty}: nothing to draw")
-    return EmptyFigureError(lines)
+    listing = catalogue.rows(chosen, columns=("code",))
+    absent = listing.absent
+    lines = [line for line in listing.notes if line not in absent]
+    return EmptyFigureError([*lines, *(f"{line}: nothing to draw" for line in absent)])

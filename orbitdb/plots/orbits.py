@@ -5,17 +5,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
-from sqlalchemy import Connection
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.plots import paths
-from orbitdb.plots.noted import asked, gaps, nothing
+from orbitdb.plots.noted import gaps, nothing
 from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.plots.style import BLUE, ORANGE, Picture, figure, short, wrapped
-from orbitdb.store.query import choose
-from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact, several
 
@@ -71,23 +68,17 @@ def _height(a: float) -> float:
 def sheet(catalogue: "Catalogue", chosen: Selection, limit: int = 120, order: str = "p") -> Picture:
     """Draw one orbit of each class of a subset, or only of the first `limit` classes in the given order."""
     chosen = with_paths(catalogue, chosen)
-    words, total = asked(catalogue, _representatives, chosen, order, limit)
-    found = (catalogue.find(word, a=chosen.a) for word in words)
+    listing = catalogue.rows(chosen, columns=("representative",), order=order, limit=limit, classes=True)
+    found = (catalogue.find(word, a=chosen.a) for (word,) in listing)
     orbits = [orbit for orbit in found if orbit is not None and orbit.points is not None]
     if not orbits:
         raise nothing(catalogue, chosen)
     made = sheet_of(orbits, f"Classes of {chosen.describe()}")
     made.notes = tuple(gaps(catalogue, chosen, order))
-    if total > limit:
+    if (total := listing.total) > limit:
         rest = f"--limit {total} draws them all" if total <= _MOST else "choose fewer to see them all"
         made.notes += (f"{limit} of {total} classes are drawn; {rest}",)
     return made
-
-
-def _representatives(moment: Connection, chosen: Selection, order: str, limit: int) -> tuple[list[str], int]:
-    """Return the first representatives of the chosen classes in an order, and the number of classes."""
-    classes = choose(moment, chosen, order, by_class=True)
-    return [word for (word,) in rows_of(moment, classes, ("representative",), 0, limit)], len(classes)
 
 
 def sheet_of(orbits: Sequence[Orbit], title: str | None = None) -> Picture:

@@ -19,7 +19,9 @@ _LINE = 0.2
 def curves(curves: Mapping[str, Sequence[Curve]], titles: Mapping[str, str], title: str) -> Picture:
     """Draw curves against the period, with one panel for each name."""
     with figure(6.4, 2.6 * len(curves) + 0.8, title) as made:
-        for ax, (name, group) in zip(made.subplots(len(curves), 1, sharex=True), curves.items(), strict=True):
+        for ax, (name, group) in zip(
+            made.subplots(len(curves), 1, sharex=True, squeeze=False)[:, 0], curves.items(), strict=True
+        ):
             for style, label, p, values, marker in group:
                 look = _MARKERS.get(marker, "-")
                 ax.plot(p, values, look, color=INKS[style], label=label or "_unnamed")

@@ -71,7 +71,7 @@ class Fill(Record):
 def read_fills(connection: Connection, a: float) -> list[Fill]:
     """Return the fills at a given a, in order of period."""
     query = select(t.fill).where(t.at_a(t.fill, a)).order_by(t.fill.c.p)
-    return [_as_fill(row) for row in connection.execute(query).mappings()]
+    return [_as_fill(dict(row)) for row in connection.execute(query).mappings()]
 
 
 def _as_fill(row: Mapping[str, Any]) -> Fill:
@@ -178,7 +178,7 @@ class Sweep(Record):
 def read_sweeps(connection: Connection, a: float) -> list[Sweep]:
     """Return the sweeps at a given a, in order of period."""
     query = select(t.sweep).where(t.at_a(t.sweep, a)).order_by(t.sweep.c.p)
-    return [_as_sweep(row) for row in connection.execute(query).mappings()]
+    return [_as_sweep(dict(row)) for row in connection.execute(query).mappings()]
 
 
 def moments_of(sweeps: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":

@@ -136,8 +136,7 @@ def counts_at(connection: Connection, a: float, p: int) -> "Tally":
         .where(own.cycle.between(*keys_of_period(p)))
         .order_by(own.cycle, own.number)
     )
-    rows = connection.execute(query).cursor  # the driver's rows are plain tuples
-    assert rows is not None
+    rows = (tuple(row) for row in connection.execute(query))
     changes = np.fromiter(rows, _ROW)  # a list of all tuples would take four times the memory
     cycles, starts = np.unique(changes["cycle"], return_index=True)
     sizes = changes["size"][starts]

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from sqlalchemy import Connection
 
 from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.errors import AlteredError, WorkError
 from orbitdb.orbits.status import NUMBERS, Orbits
 from orbitdb.store import query
+from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import from_strings

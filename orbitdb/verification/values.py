@@ -48,6 +48,8 @@ RULES: Mapping[str, Mapping[str, str]] = {
         "parameters": "json_type(iif(json_valid(parameters), parameters, '0')) = 'object'",
         **_not_negative("commits"),
     },
+    "cycle": {"p": "p = length(word)", "class_size": "class_size BETWEEN 1 AND 8"},
+    "pruned": {"p": "p = length(word)"},
     "orbit": {
         "status": _one_of("status", Status),
         "coordinates": f"(coordinates IS NOT NULL) = ({_EXISTS})",

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from sqlalchemy import Connection
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import need_whole
@@ -21,7 +20,7 @@ from orbitdb.extras import data_frame
 from orbitdb.filling.workers import HERE, Workers, at_work
 from orbitdb.orbits.status import EXISTING
 from orbitdb.progress import Tell, nobody
-from orbitdb.store.connection import path_of
+from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.file import reading
 from orbitdb.store.paths import check_same_file, file_id
 from orbitdb.store.selection import Selection
@@ -188,7 +187,7 @@ class Verification:
     Examples
     --------
     >>> catalogue.verify(p="2-5")
-    <sound: 10 checks>
+    <sound: 11 checks>
     """
 
     checks: tuple[Check, ...]

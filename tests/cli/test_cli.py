@@ -166,7 +166,8 @@ def test_panels_list_every_command(cli):
 @pytest.mark.parametrize("command", ["query", "entropy", "lyapunov", "export", "plot", "verify", "browse"])
 def test_subsets_are_chosen_by_the_same_options_everywhere(cli, command):
     text = cli(command, "--help").out
-    names = ["--p", "--status", "--reversal", "--symmetry", "--contains", "--range", "--where", "-P"]
+    names = ["--p", "--status", "--reversal", "--symmetry", "--contains", "--without", "--range", "--where"]
+    names += ["-P"]
     places = [found.start() for name in names if (found := re.search(rf"\n  {name}[ ,]", text))]
     assert len(places) == len(names)
     assert places == sorted(places)

@@ -59,7 +59,8 @@ def plain(values: Any) -> list[Any]:
 
 KEYS = ("code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
         "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error",
-        "length_error", "lyapunov_error", "symmetry", "solver", "half", "quarter_length",
+        "length_error", "lyapunov_error", "symmetry", "solver", "half", "quarter_maslov",
+        "quarter_length", "quarter_lyapunov",
         "lambda_c_error", "area", "area_error", "area_slope")  # fmt: skip
 
 

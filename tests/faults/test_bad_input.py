@@ -19,8 +19,8 @@ from orbitdb.store.selection import Selection, SelectionError
 
 SELECTING = {
     "--a": bad.NUMBERS, "--p": bad.PERIODS, "--status": bad.TEXTS, "--reversal": bad.TEXTS,
-    "--symmetry": bad.TEXTS, "--contains": bad.CODES, "--range": bad.RANGES, "--where": bad.EXPRESSIONS,
-    "-P": bad.PARAMETERS,
+    "--symmetry": bad.TEXTS, "--contains": bad.CODES, "--without": bad.CODES, "--range": bad.RANGES,
+    "--where": bad.EXPRESSIONS, "-P": bad.PARAMETERS,
 }  # fmt: skip
 QUERY = {"--code": bad.CODES, "--order": bad.ORDERS, "--limit": bad.INTEGERS, "--offset": bad.INTEGERS,
          "-c": bad.COLUMNS, "--format": bad.FORMATS}  # fmt: skip
@@ -111,8 +111,8 @@ def test_combinations_of_odd_values_do_no_harm(tried):
         tried(command, *arguments)
 
 
-TEXT_OPTIONS = ["--code", "--p", "--status", "--reversal", "--symmetry", "--contains", "--range", "--where",
-                "-P", "--order", "--limit", "-c", "--format", "--a"]  # fmt: skip
+TEXT_OPTIONS = ["--code", "--p", "--status", "--reversal", "--symmetry", "--contains", "--without", "--range",
+                "--where", "-P", "--order", "--limit", "-c", "--format", "--a"]  # fmt: skip
 
 
 @pytest.mark.slow

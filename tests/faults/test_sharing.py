@@ -13,8 +13,8 @@ from contents import ask, content, is_sound
 from processes import run, run_several, small_blocks, start, wait_until_ready
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.filling.resuming import OvertakenError
 from orbitdb.store import connection as connections
+from orbitdb.store.cursors import OvertakenError
 from orbitdb.store.file import check_file
 from orbitdb.store.tables import SCHEMA_VERSION
 from orbitdb.store.writing import Writer

@@ -1,6 +1,7 @@
 """The registry of figures: names, options, what is said of nothing to draw, and figures of any width."""
 
 import matplotlib
+import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
@@ -128,3 +129,23 @@ def test_nothing_to_draw_is_an_error_with_lines(known):
     with pytest.raises(EmptyFigureError) as caught:
         load_function("lengths.lengths")(known, Selection(1.6, periods=((9, 9),)))
     assert "'orbitdb fill --p 9 --a 1.6' fills it" in caught.value.lines[0]
+
+
+@pytest.mark.parametrize("in_phase_space", [False, True])
+def test_the_screen_saves_an_orbit_as_a_figure(tmp_path, in_phase_space):
+    from orbitdb.cli.tui.export import save_orbit
+
+    for ending in ("png", "svg"):
+        target = tmp_path / f"orbit.{ending}"
+        assert str(target) in save_orbit(solve_word("1232131", 1.6), in_phase_space, target)
+        assert target.stat().st_size > 1000
+
+
+def test_the_screen_saves_its_curves_and_counts(tmp_path):
+    from orbitdb.cli.tui.export import save_figure
+
+    p = np.arange(2.0, 6.0)
+    curves = {"K_0": [("one", "K_0", p, p / 2, "•"), ("two", "limit", p, p / 3, "")]}
+    save_figure("screen.curves", (curves, {"K_0": "entropy"}, "orbits"), tmp_path / "curves.png")
+    save_figure("screen.counts", ([("2", 5), ("3", 8)], "p", "words"), tmp_path / "counts.png")
+    assert all((tmp_path / f"{name}.png").stat().st_size > 1000 for name in ("curves", "counts"))

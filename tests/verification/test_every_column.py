@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from contents import checks
 from processes import run_here
 
 from orbitdb.filling import sweeps
-from orbitdb.verification.verify import PROMISES
+from orbitdb.store.file import reading
+from orbitdb.store.selection import Selection
+from orbitdb.verification.verify import report, verifiable, verify
 
 pytestmark = pytest.mark.slow
 
@@ -89,9 +90,9 @@ TYPICAL = {
 
 
 def failing(path: Path) -> set[str]:
-    found = checks(path)
-    assert set(found) <= set(PROMISES)
-    return {name for name, check in found.items() if check.failures}
+    with reading(path) as moment:
+        everywhere = [Selection(a) for a in verifiable(moment)]
+        return {check.name for check in report(verify(moment, everywhere)) if check.failures}
 
 
 def altered(source: Path, path: Path, table: str, column: str, value: Any) -> bool:

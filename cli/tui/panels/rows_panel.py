@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 
-from sqlalchemy import Connection
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.reactive import reactive
@@ -17,6 +16,7 @@ from orbitdb.cli.tui.panels.jumps import Jumps
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, CatalogueFile, Kept, Ordering, Pages, known_columns
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.store.connection import Connection
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation

@@ -93,7 +93,7 @@ def test_a_row_that_disappeared_is_reported(catalogue, tmp_path):
     path.write_bytes(catalogue.path.read_bytes())
     pages = pages_of(Catalogue(path), Selection(), Ordering())
     alter(path, "DELETE FROM orbit")
-    with pytest.raises(StoreError, match="altered"):
+    with pytest.raises(StoreError, match="deleted meanwhile"):
         pages.row(0)
 
 
