@@ -766,7 +766,7 @@ class Catalogue:
         elif selection is not None or criteria.keys() - {"a"}:
             raise InputError("give words, or criteria that choose them, not both")
         else:
-            picked = named_words(words, self._at(criteria.get("a")))
+            picked = named_words(words, self._chosen(None, criteria).a)
         with telling(progress, "field") as tell:
             return follow_words(picked, kappa, tell)
 

@@ -4,13 +4,13 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from sqlalchemy import Connection
 
 from orbitdb.answers.completeness import gaps, nothing
 from orbitdb.arrays import Places, Words
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import pruned_word
 from orbitdb.orbits.status import Status
+from orbitdb.store.connection import Connection
 from orbitdb.store.fills import read_fills
 from orbitdb.store.query import choose
 from orbitdb.store.rows import blocks_of
