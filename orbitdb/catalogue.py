@@ -1089,12 +1089,14 @@ class Catalogue:
         from orbitdb.verification.verify import verifiable, verified
 
         everywhere = not isinstance(selection, Selection) and criteria.get("a") is None
-        selections = self._several(selection, criteria)
+        unnamed = selection is None and everywhere
+        selections = () if unnamed else self._several(selection, criteria)
         sample = None if sample is None else need_whole("sample", sample)
         restarts, drawn = need_whole("restarts", restarts, 0), _seed(seed)
         with self.snapshot() as moment:
-            if selection is None and everywhere:
-                selections = tuple(replace(selections[0], a=at) for at in verifiable(moment))
+            if unnamed:
+                every = chosen_by(**criteria)
+                selections = tuple(replace(every, a=at) for at in verifiable(moment))
             missing: list[str] = []
             with suppress(AlteredError):  # one of the checks reports it
                 missing += gaps_of_periods(moment, selections, everywhere)
