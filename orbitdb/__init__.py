@@ -99,7 +99,7 @@ _HOMES = {
     "answers.results": ("Births", "Result"),
     "answers.scars": ("Scar",),
     "answers.subset": ("Subset",),
-    "entropy.bounds": ("EntropyBounds",),
+    "entropy_bounds.bounds": ("EntropyBounds",),
     "extras": ("Rows",),
     "errors": ("InputError", "StoreError", "WorkError"),
     "orbits.exponents": ("OrbitClasses",),

@@ -241,7 +241,7 @@ class Subset(Table):
 
     @property
     def area_slope(self) -> Floats:
-        """Derivatives of the areas in the curvature (`Orbit.area_slope`), shape (N,); needs coordinates."""
+        """Derivatives of the areas in the curvature (`Orbit.area_slope`), shape (N,)."""
         slopes, stadium = np.full(len(self), np.nan), Stadium(self.selection.a)
         for p in np.unique(self.p).tolist():
             slopes[self.p == p] = area_slopes(stadium, *self.of_period(p))
