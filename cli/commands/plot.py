@@ -172,7 +172,7 @@ def _flag(name: str) -> str:
 
 
 def _options_of(figure: Figure) -> list[str]:
-    """Return the names of the parameters that a figure takes; a subset stands for those of `SelectionOptions`."""
+    """Return the names of the parameters that a figure takes; a subset has all `SelectionOptions`."""
     return [
         each
         for name in figure.takes

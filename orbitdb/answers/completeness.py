@@ -152,8 +152,8 @@ def describe_partial(periods: Sequence[int], a: float, left_out: bool = False) -
     """Return a line that names periods that are only partly stored, and the command that completes them."""
     are, them = ("are", "them") if len(periods) > 1 else ("is", "it")
     return (
-        f"{written_periods(periods)} at a = {format_float(a)} {are} partial{' and left out' * left_out}: a fill is "
-        f"running or was stopped; 'orbitdb fill --p {max(periods)} --a {format_float(a)}' completes {them}"
+        f"{written_periods(periods)} at a = {format_float(a)} {are} partial{' and left out' * left_out}: "
+        f"a fill is running or was stopped; 'orbitdb fill --p {max(periods)} --a {format_float(a)}' completes {them}"
     )
 
 

@@ -121,8 +121,8 @@ def _uncounted(connection: Connection, chosen: Selection) -> list[str]:
     if not (periods := sorted([*counted.from_sweeps, *counted.from_births])):
         return []
     return [
-        f"at a = {format_float(chosen.a)}, all orbits of {written_periods(periods)} were counted, but no rows are "
-        "stored: choose by periods alone, or fill these periods"
+        f"at a = {format_float(chosen.a)}, all orbits of {written_periods(periods)} were counted, but no "
+        "rows are stored: choose by periods alone, or fill these periods"
     ]
 
 

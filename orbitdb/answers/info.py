@@ -103,11 +103,13 @@ def _enclosures(connection: Connection) -> list[tuple[str, str]]:
     curve, filled = bounds_by_a(connection), a_values(connection, ["fill"])
     listed = [bounds for bounds in curve if len(curve) <= _FEW or bounds.a in filled]
     lines = [
-        f"a = {format_float(bounds.a)}: {bounds.between}, {bounds.window} edges{', balls' * (bounds.proof == BALLS)}"
+        f"a = {format_float(bounds.a)}: {bounds.between}, {bounds.window} edges"
+        f"{', balls' * (bounds.proof == BALLS)}"
         for bounds in listed
     ]
     if others := [bounds.a for bounds in curve if bounds not in listed]:
         lines.append(
-            f"enclosed at {len(others)} other values of a from {format_float(others[0])} to {format_float(others[-1])}"
+            f"enclosed at {len(others)} other values of a from {format_float(others[0])} "
+            f"to {format_float(others[-1])}"
         )
     return [("entropy", text) for text in lines]

@@ -155,8 +155,8 @@ def classes_for_levels(connection: Connection, a: float) -> tuple[OrbitClasses, 
     classes, highest = read_orbits(connection, Selection(a))
     if highest < _LEAST:
         raise InputError(
-            f"periods are complete only up to {highest} at a = {format_float(a)}, but levels need {_LEAST} or more: "
-            f"'orbitdb fill --p {_ENOUGH} --a {format_float(a)}' finds their orbits"
+            f"periods are complete only up to {highest} at a = {format_float(a)}, but levels need {_LEAST} "
+            f"or more: 'orbitdb fill --p {_ENOUGH} --a {format_float(a)}' finds their orbits"
         )
     return classes, highest
 
@@ -170,7 +170,8 @@ def read_orbits(connection: Connection, chosen: Selection) -> tuple[OrbitClasses
     classes = read_classes(connection, replace(chosen, statuses=statuses), ("symmetry", "representative"))
     if not len(classes):
         raise InputError(
-            f"no orbits at a = {format_float(chosen.a)}: 'orbitdb fill --p 11 --a {format_float(chosen.a)}' finds some"
+            f"no orbits at a = {format_float(chosen.a)}: 'orbitdb fill --p 11 --a {format_float(chosen.a)}' "
+            "finds some"
         )
     return classes, highest_filled(read_fills(connection, chosen.a), chosen)
 

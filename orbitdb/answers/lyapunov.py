@@ -229,8 +229,8 @@ def _up_to(subset: CompletePeriods, cut: float, weight: Weight, notes: list[str]
         complete = math.floor(least_exponent(subset.highest, a) * 1000) / 1000
         if cut > complete:
             notes.append(
-                f"the orbits are proved complete only up to lambda = {complete:.3f} at a = {format_float(a)}: "
-                f"between that and the cut {cut:g}, orbits of period above {subset.highest} may be missing, "
+                f"the orbits are proved complete only up to lambda = {complete:.3f} at a = "
+                f"{format_float(a)}: between that and the cut {cut:g}, orbits of period above {subset.highest} may be missing, "
                 "which would change the average"
             )
     values = (zeta.lambda_d, zeta.lambda_c, zeta.mean_path, zeta.z0)

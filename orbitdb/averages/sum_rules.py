@@ -12,8 +12,8 @@ is dropped first, then ln D, then ln K.
 Such conditions on finite sets of orbits are known as sum rules (Nielsen, Dahlqvist and Cvitanovic,
 J. Phys. A 32 (1999) 6757).
 
-If longer periods have been swept, the orbits up to `ENUMERATED_TO` are computed again, which takes a second. Each
-longer period has stored moments (`orbitdb.averages.tilting`) around the tilts of all shorter periods. So
+If longer periods have been swept, the orbits up to `ENUMERATED_TO` are computed again, which takes a second.
+Each longer period has stored moments (`orbitdb.averages.tilting`) around the tilts of all shorter periods. So
 the moments of a swept period depend on those of the shorter periods.
 """
 
@@ -160,8 +160,8 @@ def sum_rules(a: float, parts: Iterable[tuple[int, TiltedOrbits]], highest: int)
 def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRules:
     """Return the averages over all orbits up to each period 2 .. highest, from the moments of swept periods.
 
-    The moments belong to the periods `ENUMERATED_TO` + 1, `ENUMERATED_TO` + 2, ... without gaps. The averages of periods
-    beyond the last moments are NaN. No level can be higher than the highest level of the orbits up to
+    The moments belong to the periods `ENUMERATED_TO` + 1, `ENUMERATED_TO` + 2, ... without gaps. The averages
+    of periods beyond the last moments are NaN. No level can be higher than the highest level of the orbits up to
     `ENUMERATED_TO`.
     """
     last = min(highest, ENUMERATED_TO)
@@ -198,7 +198,7 @@ def _highest_two(
 
 
 def _tilts(start: Beginning, moments: Sequence[Moments]) -> tuple[Floats, dict[int, Floats]]:
-    """Return the columns of `Beginning.columns` for periods beyond `ENUMERATED_TO`, and the tilts at the last one."""
+    """Return the columns of `Beginning.columns` beyond `ENUMERATED_TO`, and the tilts at the last period."""
     tilts, columns = dict(start.tilts), np.full((3, len(moments)), np.nan)
     for place in range(len(moments)):
         values = {}

@@ -197,7 +197,8 @@ def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -
     forcing += kicks + following(kicks)
     # room in every row for changes within a cell
     rhs = np.stack([
-        forces + _SHARE * forces.max(axis=0) + _LEAST * slopes.between_centres for forces in (np.abs(pull), forcing)
+        forces + _SHARE * forces.max(axis=0) + _LEAST * slopes.between_centres
+        for forces in (np.abs(pull), forcing)
     ])  # fmt: skip
     v, u = solve_cyclic(diagonal, -np.abs(beside), rhs)
     residual = diagonal * drift + beside * preceding(drift) + following(beside) * following(drift) + pull

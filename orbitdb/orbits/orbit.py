@@ -313,7 +313,8 @@ class Orbit(Drawn):
         code = self.code if self.p <= _SHOWN else f"{self.code[:_SHOWN]}... of {self.p} bounces"
         if self.length is None or self.lyapunov is None:
             return f"<Orbit {code} at a = {format_float(self.a)}: {self.status.sentence}>"
-        return f"<Orbit {code} at a = {format_float(self.a)}: length {self.length:.7f}, lambda {self.lyapunov:.7f}>"
+        numbers = f"length {self.length:.7f}, lambda {self.lyapunov:.7f}"
+        return f"<Orbit {code} at a = {format_float(self.a)}: {numbers}>"
 
     def _repr_svg_(self) -> str | None:
         """Return the orbit as SVG for notebooks; None if there is no orbit or it is very long."""

@@ -18,7 +18,7 @@ from processes import run
 from same import same
 from there import there
 
-from orbitdb import Catalogue, InputError, Selection, Status, solve_word
+from orbitdb import Catalogue, InputError, Status, solve_word
 from orbitdb.errors import StoreError
 from orbitdb.filling.fill import fill_word
 from orbitdb.store.selection import Selection, SelectionError
