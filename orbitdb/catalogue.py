@@ -945,20 +945,20 @@ class Catalogue:
         store : bool, optional
             Whether to store the result.
         """
-        from orbitdb.filling import records
+        from orbitdb.filling.simulate import simulate
 
         at, wanted = Stadium(self._at(a)), check_int("bounces", bounces)
         if store:
-            records.check_writable(self.path)
+            self.check_writable()
         with telling(progress, "trajectories") as tell:
-            averages = records.simulate(at, wanted, _seed(seed), legwise, tell)
+            averages = simulate(at, wanted, _seed(seed), legwise, tell)
         if store:
             self.keep(averages)
         return averages
 
     def keep(self, averages: "Reference") -> None:
         """Store averages over trajectories that were computed elsewhere, such as by `orbitdb.simulate`."""
-        from orbitdb.filling.records import keep_simulated
+        from orbitdb.filling.simulate import keep_simulated
 
         keep_simulated(self.path, averages)
 
@@ -1023,10 +1023,10 @@ class Catalogue:
         a : float or sequence of float, optional
             One or several half lengths.
         """
-        from orbitdb.filling import records
+        from orbitdb.filling import bounds
 
         values = [self._at(one) for one in (a if isinstance(a, Sequence) else [a])]
-        limits = records.limits_of(edges, width, seconds)
+        limits = bounds.limits_of(edges, width, seconds)
         asked = {
             "a": values,
             "window": limits[0],
@@ -1034,13 +1034,11 @@ class Catalogue:
             "time": seconds,
             "prove": proofs is not None,
         }
-        return records.find_bounds(
-            self.path if store else None, values, limits, proofs, jobs, progress, asked
-        )
+        return bounds.find_bounds(self.path if store else None, values, limits, proofs, jobs, progress, asked)
 
     def check_writable(self) -> None:
         """Raise `StoreError` if nothing can be stored in the file, before long work."""
-        from orbitdb.filling.records import check_writable
+        from orbitdb.store.writing import check_writable
 
         check_writable(self.path)
 
@@ -1157,14 +1155,14 @@ class Catalogue:
             Whether to store the levels; if not, stored ones are computed again.
         """
         from orbitdb.answers.levels import notes_on_windows
-        from orbitdb.filling import records
+        from orbitdb.filling.levels import find_levels
         from orbitdb.quantum.levels import Levels
         from orbitdb.quantum.weyl import parities_of
 
         at, (low, high) = Stadium(self._at(a)), (0.0, low) if high is None else (low, high)
         with telling(progress, "levels") as tell:
             path = self.path if store else None
-            windows = records.find_levels(path, at, low, high, parities_of(parities), jobs, tell)
+            windows = find_levels(path, at, low, high, parities_of(parities), jobs, tell)
         levels = Levels.joined(at.a, low, high, windows)
         return replace(levels, notes=notes_on_windows(levels, windows))
 

@@ -153,7 +153,8 @@ def describe_partial(periods: Sequence[int], a: float, left_out: bool = False) -
     are, them = ("are", "them") if len(periods) > 1 else ("is", "it")
     return (
         f"{written_periods(periods)} at a = {format_float(a)} {are} partial{' and left out' * left_out}: "
-        f"a fill is running or was stopped; 'orbitdb fill --p {max(periods)} --a {format_float(a)}' completes {them}"
+        f"a fill is running or was stopped; 'orbitdb fill --p {max(periods)} --a {format_float(a)}' "
+        f"completes {them}"
     )
 
 

@@ -230,8 +230,8 @@ def _up_to(subset: CompletePeriods, cut: float, weight: Weight, notes: list[str]
         if cut > complete:
             notes.append(
                 f"the orbits are proved complete only up to lambda = {complete:.3f} at a = "
-                f"{format_float(a)}: between that and the cut {cut:g}, orbits of period above {subset.highest} may be missing, "
-                "which would change the average"
+                f"{format_float(a)}: between that and the cut {cut:g}, orbits of period above "
+                f"{subset.highest} may be missing, which would change the average"
             )
     values = (zeta.lambda_d, zeta.lambda_c, zeta.mean_path, zeta.z0)
     row = [cut, *(None if subset.missing or value != value else value for value in values)]

@@ -161,8 +161,8 @@ def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRu
     """Return the averages over all orbits up to each period 2 .. highest, from the moments of swept periods.
 
     The moments belong to the periods `ENUMERATED_TO` + 1, `ENUMERATED_TO` + 2, ... without gaps. The averages
-    of periods beyond the last moments are NaN. No level can be higher than the highest level of the orbits up to
-    `ENUMERATED_TO`.
+    of periods beyond the last moments are NaN. No level can be higher than the highest level of the orbits
+    up to `ENUMERATED_TO`.
     """
     last = min(highest, ENUMERATED_TO)
     start = beginning(a, last)

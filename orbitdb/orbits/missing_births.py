@@ -63,7 +63,7 @@ WIDER = 1 + 1e-9
 class Reach(NamedTuple):
     """Bounds that hold at all points of a cell, each of shape (m, N)."""
 
-    beyond: Floats  # lower bound on D
+    between_centres: Floats  # lower bound on D
     stiff: Floats  # upper bound on w
     soft: Floats  # lower bound on w
     lean: Floats  # upper bound on |dD/dalpha|
@@ -85,7 +85,7 @@ def reach_of(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> 
     bend = np.maximum(np.abs(np.cos(under)), np.abs(np.cos(over))) / (4 * legs.k**2)
     pull, drag = 2 * high * np.sin(most), 2 * high * np.cos(least)
     return Reach(
-        beyond=(2 * low * np.cos(most) + lift * np.sin(least)) / WIDER,
+        between_centres=(2 * low * np.cos(most) + lift * np.sin(least)) / WIDER,
         stiff=stiff * WIDER / (2 * legs.k),
         soft=np.minimum(*sines) / WIDER / (2 * legs.k),
         lean=np.maximum(lift * np.cos(least), pull) * WIDER,
@@ -193,7 +193,7 @@ def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -
     drift = solve_cyclic(diagonal, beside, -pull[None])[0]
     turning = preceding(legs.parity * drift) + drift
     kicks = np.abs(np.cos(half_turns(legs, alpha)) / (4 * legs.k**2)) * turning**2
-    forcing = np.abs(pull) + 4 * a * np.cos(alpha) * np.abs(drift) + np.abs(slopes.lean) * drift**2
+    forcing = np.abs(pull) + 4 * a * np.cos(alpha) * np.abs(drift) + np.abs(slopes.own_term) * drift**2
     forcing += kicks + following(kicks)
     # room in every row for changes within a cell
     rhs = np.stack([

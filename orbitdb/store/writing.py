@@ -161,6 +161,12 @@ class Writer:
         return int(connection.scalars(select(t.stadium.c.id).where(t.stadium.c.a == a)).one())
 
 
+def check_writable(path: Path) -> None:
+    """Raise `StoreError` if a catalogue cannot be written, before work whose result it should keep."""
+    with closing(Writer(path, {})) as writer:
+        writer.try_to_write()
+
+
 def insert_row(connection: Connection, table: Table, values: Mapping[str, Any]) -> int:
     """Store a row, in place of one with the same key, and return its id; 0 if the table has none."""
     made = connection.execute(sa.insert(table).prefix_with("OR REPLACE").values(**values))

@@ -311,8 +311,8 @@ def _both_ways(stadium: Stadium, start: Sequence[float]) -> Rays:
     off = math.hypot(x - centre, y)
     if off > 1 + _ROUNDED:
         raise InputError(
-            f"the start ({x:g}, {y:g}) lies {off - 1:.2g} outside the stadium at a = {format_float(stadium.a)}"
-            ": measure x and y from its centre, in units of the radius"
+            f"the start ({x:g}, {y:g}) lies {off - 1:.2g} outside the stadium at a = "
+            f"{format_float(stadium.a)}: measure x and y from its centre, in units of the radius"
         )
     scale = 1 / max(1.0, off)
     xs, ys = np.full(2, centre + (x - centre) * scale), np.full(2, y * scale)
