@@ -224,7 +224,7 @@ def pressed_directions(alpha: Floats, slopes: Derivatives, limits: tuple[Floats,
 
 
 def gradient_rounding(legs: Chain, a: float | Floats, alpha: Floats) -> Floats:
-    """Bound the rounding error of the gradient, and of its part `own_term`, in double precision, shape (m, N).
+    """Bound the rounding errors of the gradient and of its part `own_term` in doubles, shape (m, N).
 
     In units of eps, a term of a leg is off by 1 from its sine or cosine, 1/2 from a product, and 1/2 from
     each of the three sums that it passes through. psi is accurate to 5.3 (pi, a sum of size pi, and one of
