@@ -136,10 +136,10 @@ def test_foreign_bytes_are_refused():
 @pytest.mark.parametrize("a", [0.5, pytest.param(1.6, marks=pytest.mark.slow)])
 def test_averages_from_moments_equal_averages_over_all_orbits(monkeypatch, a):
     first, last = (7, 9) if a == 0.5 else (9, 12)
-    monkeypatch.setattr(module, "EXACT", last)
+    monkeypatch.setattr(module, "ENUMERATED_TO", last)
     beginning.cache_clear()
     expected = swept_sum_rules(a, [], last)
-    monkeypatch.setattr(module, "EXACT", first)
+    monkeypatch.setattr(module, "ENUMERATED_TO", first)
     beginning.cache_clear()
     moments: list[dict[int, TiltMoments]] = []
     for p in range(first + 1, last + 1):
