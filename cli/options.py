@@ -129,6 +129,28 @@ def half_lengths(text: str) -> HalfLengths:
     return HalfLengths(values)
 
 
+class Curvatures(tuple[float, ...]):
+    """What one --kappa stands for: a single curvature, or the values of a grid."""
+
+    __slots__ = ()
+
+
+def curvatures(text: str) -> Curvatures:
+    """Parse curvatures such as ``0.05`` or the evenly spaced grid ``0:0.3:31``."""
+    parts = text.split(":")
+    if len(parts) == 1:
+        return Curvatures([real(text)])
+    if len(parts) != 3:
+        raise ValueError(f"{text!r:.40}: give one value, or a grid FROM:TO:COUNT such as 0:0.3:31")
+    low, high, count = real(parts[0]), real(parts[1]), whole(parts[2])
+    if not (low < high < math.inf and 2 <= count <= _MOST_VALUES):
+        raise ValueError(
+            f"{text:.40}: a grid has 2 to {_MOST_VALUES} values, from a smaller kappa to a larger one"
+        )
+    steps = (low + (high - low) * i / (count - 1) for i in range(1, count - 1))
+    return Curvatures([low, *(float(f"{kappa:.{_DIGITS}g}") for kappa in steps), high])
+
+
 Asked: TypeAlias = Sequence[HalfLengths] | float | None
 """The values of all --a, or of one; None if it is not given."""
 
@@ -217,6 +239,16 @@ StoredHalfLengths = Annotated[
         help="Half length of the straight walls [default: the only one stored, else 1.6]; "
         "repeatable; also a grid FROM:TO:COUNT, or all for every stored value.",
         autocompletion=offered_several_half_lengths,
+    ),
+]
+Kappa = Annotated[
+    list[Curvatures] | None,
+    typer.Option(
+        "--kappa",
+        metavar="NUMBER",
+        parser=_reader(curvatures),
+        help="Curvature of the path in a magnetic field, in 1/radius, positive if it turns left; "
+        "repeatable; also a grid FROM:TO:COUNT.",
     ),
 ]
 Parameters = Annotated[

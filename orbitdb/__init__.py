@@ -6,8 +6,8 @@ The catalogue
     class), a `Result` (a table by period), `Births` (a list of `Life`), `EntropyBounds`, a `Reference`,
     `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, a `SqlResult`, `Info`, `Contents`, a
     `Dataset`, `Counted`, `Need` (an estimate), a `Migration`, or `Rows` (a list) of `Fill`, `Sweep`,
-    `BirthFill` or `Scar`. A `Trajectory` has the orbits that it shadows as `Followed`, and `Candidates` are
-    a list of `Candidate`, orbits with a given length.
+    `BirthFill` or `Scar`. `FieldOrbits` are words in a magnetic field. A `Trajectory` has the orbits that
+    it shadows as `Followed`, and `Candidates` are a list of `Candidate`, orbits with a given length.
 Orbits
     `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
     a in which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
@@ -52,6 +52,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.filling.estimate import Need as Need
     from orbitdb.store.file import Migration as Migration
     from orbitdb.answers.listing import Listing as Listing
+    from orbitdb.answers.field import FieldOrbits as FieldOrbits
     from orbitdb.answers.results import Births as Births, Result as Result
     from orbitdb.answers.scars import Scar as Scar
     from orbitdb.answers.subset import Subset as Subset
@@ -94,6 +95,7 @@ _HOMES = {
     "filling.estimate": ("Need",),
     "store.file": ("Migration",),
     "answers.listing": ("Listing",),
+    "answers.field": ("FieldOrbits",),
     "answers.results": ("Births", "Result"),
     "answers.scars": ("Scar",),
     "answers.subset": ("Subset",),

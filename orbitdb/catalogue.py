@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
     from orbitdb.answers.completeness import Counted
     from orbitdb.answers.dataset import Dataset
+    from orbitdb.answers.field import FieldOrbits
     from orbitdb.answers.identification import Candidates, Trajectory
     from orbitdb.answers.info import Info
     from orbitdb.answers.listing import Listing
@@ -717,6 +718,58 @@ class Catalogue:
         with self.snapshot() as moment:
             return read_candidates(moment, self._at(a), length, tolerance, limit)
 
+    # in a magnetic field
+
+    @with_criteria
+    def field(
+        self,
+        kappa: "ArrayLike",
+        selection: Selection | None = None,
+        *,
+        words: str | Iterable[str] | None = None,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "FieldOrbits":
+        """Follow words into a magnetic field, where paths are arcs of circles; nothing is stored.
+
+        Each word starts at its fixed point without a field, also if that is not an orbit, and is followed in
+        steps of the curvature. Words chosen by ``a`` and ``p`` alone need not be stored.
+
+        Parameters
+        ----------
+        kappa : float or sequence of float
+            Curvatures of the path, 1 / (cyclotron radius), in 1/radius; positive if it turns left.
+        selection : Selection, optional
+            The words, by default those of all filled periods; or give criteria, as in `select`. They apply to
+            the stored numbers, which are those without a field.
+        words : str or iterable of str, optional
+            Instead, primitive words of any period, stored or not; a single text is one word.
+        progress : optional
+            As for `fill`.
+
+        Raises
+        ------
+        InputError
+            If 2 / kappa is not above the longest chord, 2a + 2, or if there are too many words.
+
+        Examples
+        --------
+        >>> orbits = catalogue.field([0.05, 0.1], words="0123")
+        >>> orbits.status.tolist(), orbits.splitting.round(6).tolist()
+        (['orbit', 'orbit'], [-0.52, -1.04])
+        """
+        from orbitdb.answers.field import follow_words
+        from orbitdb.answers.field_words import chosen_words, named_words
+
+        if words is None:
+            picked = self._answer(chosen_words, selection, criteria)
+        elif selection is not None or criteria.keys() - {"a"}:
+            raise InputError("give words, or criteria that choose them, not both")
+        else:
+            picked = named_words(words, self._chosen(None, criteria).a)
+        with telling(progress, "field") as tell:
+            return follow_words(picked, kappa, tell)
+
     # making
 
     def estimate(
@@ -1036,12 +1089,14 @@ class Catalogue:
         from orbitdb.verification.verify import verifiable, verified
 
         everywhere = not isinstance(selection, Selection) and criteria.get("a") is None
-        selections = self._several(selection, criteria)
+        unnamed = selection is None and everywhere
+        selections = () if unnamed else self._several(selection, criteria)
         sample = None if sample is None else need_whole("sample", sample)
         restarts, drawn = need_whole("restarts", restarts, 0), _seed(seed)
         with self.snapshot() as moment:
-            if selection is None and everywhere:
-                selections = tuple(replace(selections[0], a=at) for at in verifiable(moment))
+            if unnamed:
+                every = chosen_by(**criteria)
+                selections = tuple(replace(every, a=at) for at in verifiable(moment))
             missing: list[str] = []
             with suppress(AlteredError):  # one of the checks reports it
                 missing += gaps_of_periods(moment, selections, everywhere)

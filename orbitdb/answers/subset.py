@@ -17,6 +17,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.errors import InputError
 from orbitdb.extras import MOST_SHOWN, Table, drawn, figure_name, load
+from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
 from orbitdb.store.connection import Connection, path_of
@@ -238,6 +239,14 @@ class Subset(Table):
         """Bounds on the errors of `lambda_c`, shape (N,)."""
         return error_of_quotient(self.lambda_c, self.length, self.lyapunov_error, self.length_error)
 
+    @property
+    def area_slope(self) -> Floats:
+        """Derivatives of the areas in the curvature (`Orbit.area_slope`), shape (N,); needs coordinates."""
+        slopes, stadium = np.full(len(self), np.nan), Stadium(self.selection.a)
+        for p in np.unique(self.p).tolist():
+            slopes[self.p == p] = area_slopes(stadium, *self.of_period(p))
+        return slopes
+
     @cached_property
     def start(self) -> Integers:
         """Index in ``coordinates`` at which each word begins, and at which the last ends, shape (N + 1,)."""
@@ -282,6 +291,8 @@ class Subset(Table):
         """
         classless = (self.representative == "").tolist()
         for name in (*WRITTEN, "born", "dies"):
+            if name == "area_slope" and self.coordinates is None:
+                continue
             values: Any = getattr(self, name, None)
             kind = kind_of(name)
             if name == "rules":

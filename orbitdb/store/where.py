@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, TextClause, bindparam, text
+from sqlalchemy import BindParameter, Connection, TextClause, bindparam, text
 from sqlalchemy.exc import StatementError
 from sqlalchemy.pool import StaticPool
 
@@ -244,7 +244,9 @@ def expression(where: str, parameters: Parameters) -> TextClause:
         known = part["name"] in parameters
         return f":given_{part['name']}" if known else part[0].replace(":", r"\:")
 
-    values = [bindparam(f"given_{name}", value=value) for name, value in parameters.items()]
+    values: list[BindParameter[Any]] = [
+        bindparam(f"given_{name}", value) for name, value in parameters.items()
+    ]
     return text(f"(\n{_LEXED.sub(lexed, where)}\n)").bindparams(*values)
 
 

@@ -30,6 +30,7 @@ HELD = {
     "Reference": lambda c: c.simulate(bounces=20_000),
     "Verification": lambda c: c.verify(p="2-3"),
     "Trajectory": lambda c: c.identify(start=(0, 0.5, 1.2)),
+    "FieldOrbits": lambda c: c.field(0.05, p="2-4"),
 }
 """Every type of result, by its public name."""
 
@@ -46,6 +47,7 @@ FIRST = {
     "Reference": ("seed", 0),
     "Verification": ("failures", 0),
     "Trajectory": ("sequence_first", -33),
+    "FieldOrbits": ("kappa", 0.05),
 }
 """A column of each result, with its first value."""
 

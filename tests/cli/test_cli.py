@@ -24,6 +24,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_every_column_of_every_command_is_explained(cli):
+    from orbitdb.answers.field import COLUMNS as FIELD_KEYS
     from orbitdb.answers.identification import SHADOWED
     from orbitdb.answers.results import TABLE
     from orbitdb.answers.scars import Scar
@@ -54,7 +55,7 @@ def test_every_column_of_every_command_is_explained(cli):
     }
     told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
     simulated = (column.name for column in OF_ENSEMBLES)
-    at_one_a = {*TABLE, *BOUNDS, *simulated, *Life.__dataclass_fields__, "number"}
+    at_one_a = {*TABLE, *BOUNDS, *simulated, *Life.__dataclass_fields__, "number", *FIELD_KEYS, "elliptic"}
     assert set(told) == {*COLUMNS, *OF_A_WORD, *BOUNCE_COLUMNS, *SHADOWED, *LENGTH_KEYS, *quantum, *at_one_a}
     assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")
     bounds = {row["bound"] for row in told.values() if row["bound"].endswith("error")}

@@ -63,7 +63,7 @@ def test_values_have_the_stated_types_and_are_empty_only_as_stated(varied):
 
 def test_bounds_and_units_use_a_fixed_vocabulary():
     for column in EVERY:
-        assert column.unit in ("", "1", "radius", "1/radius", "radius, rad", "radius^2")
+        assert column.unit in ("", "1", "radius", "1/radius", "radius, rad", "radius^2", "radius^3")
         bounded = column.bound.removesuffix(" in life").endswith(("error", "errors"))
         assert bounded or column.bound in ("", "exact", "proved", "itself")
         assert "error" not in column.empty
