@@ -56,7 +56,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.answers.results import Births as Births, Result as Result
     from orbitdb.answers.scars import Scar as Scar
     from orbitdb.answers.subset import Subset as Subset
-    from orbitdb.entropy.bounds import EntropyBounds as EntropyBounds
+    from orbitdb.entropy_bounds.bounds import EntropyBounds as EntropyBounds
     from orbitdb.extras import Rows as Rows
     from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
     from orbitdb.orbits.exponents import OrbitClasses as OrbitClasses
@@ -99,7 +99,7 @@ _HOMES = {
     "answers.results": ("Births", "Result"),
     "answers.scars": ("Scar",),
     "answers.subset": ("Subset",),
-    "entropy.bounds": ("EntropyBounds",),
+    "entropy_bounds.bounds": ("EntropyBounds",),
     "extras": ("Rows",),
     "errors": ("InputError", "StoreError", "WorkError"),
     "orbits.exponents": ("OrbitClasses",),

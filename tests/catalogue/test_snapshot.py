@@ -77,7 +77,7 @@ def test_rows_of_a_snapshot_are_read_within_it(catalogue):
         rows = iter(catalogue.rows(columns=("code",)))
         next(rows)
     with pytest.raises(InputError, match="the snapshot of these rows has ended"):
-        [*rows]
+        list(rows)
     assert catalogue.count(p=3) == 8
 
 

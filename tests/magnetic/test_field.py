@@ -23,7 +23,7 @@ def by_code(orbits, name):
 
 def test_without_a_field_it_is_the_catalogue(catalogue):
     orbits, stored = catalogue.field(0, p="2-7"), catalogue.select(p="2-7")
-    assert orbits.code.tolist() == stored.codes.tolist()
+    assert orbits.code.tolist() == stored.code.tolist()
     real = stored.status == "orbit"
     assert ((orbits.status == "orbit") == real).all()
     assert set(orbits.status[~real].tolist()) == {"joint"}
@@ -68,7 +68,7 @@ def test_counts_are_those_of_the_rows_and_of_lower_periods(catalogue):
 
 def test_words_pruned_without_a_field_come_back(catalogue):
     orbits = catalogue.field(0.1, p=7)
-    dynamical = np.isin(orbits.code, catalogue.select(p=7, status="dynamical").codes)
+    dynamical = np.isin(orbits.code, catalogue.select(p=7, status="dynamical").code)
     assert (orbits.exists.sum(), orbits.exists[dynamical].sum()) == (414, 56)
 
 
@@ -107,7 +107,7 @@ def test_the_splitting_is_twice_kappa_times_the_area_to_first_order(catalogue):
     """The ratio tends to 1 as kappa^2: half the field, a quarter of the difference."""
     stored = catalogue.select(p=6, status="orbit", time_reversal="pair")
     wide = np.abs(stored.area) > 0.5
-    codes, area = stored.codes[wide].tolist(), stored.area[wide]
+    codes, area = stored.code[wide].tolist(), stored.area[wide]
     strong, weak = (
         catalogue.field(kappa, words=codes).splitting / (2 * kappa * area) - 1 for kappa in (0.04, 0.02)
     )
@@ -162,8 +162,8 @@ def test_notes_say_where_the_list_ends(catalogue):
 def test_criteria_choose_stored_rows(catalogue):
     orbits = catalogue.field(0.1, p="2-8", length=(None, 14), time_reversal="pair")
     stored = catalogue.select(p="2-8", length=(None, 14), time_reversal="pair")
-    assert orbits.code.tolist() == stored.codes.tolist()
-    assert catalogue.field(0.1).code.tolist() == catalogue.select().codes.tolist()
+    assert orbits.code.tolist() == stored.code.tolist()
+    assert catalogue.field(0.1).code.tolist() == catalogue.select().code.tolist()
 
 
 def test_a_data_frame_has_the_json_columns(catalogue, cli, filled):

@@ -2,6 +2,7 @@
 
 import itertools
 import re
+from typing import Any
 
 import pytest
 from contrasts import texts_of
@@ -89,7 +90,7 @@ async def test_pruned_words_are_dimmer_than_orbits(filled_once, names):
         for name in names:
             await with_theme(app, pilot, name)
             assert unreadable(app) == [], name
-            table, found = app.screen.query_one(PagedTable), {}
+            table, found = app.screen.query_one(PagedTable), dict[str, Any]()
             place = table.content_region.y + table.cursor + 1 - table.scroll_offset.y
             for cells in texts_of(app):
                 status = re.search("orbit|dynamical", cells.text)

@@ -218,7 +218,8 @@ def labels_of(word, a=A, size=(60, 18)):
     """Return the symbols of a picture by row and column, the places of the bounces, and the picture."""
     orbit = solve_word(word, a)
     path = fixed_point(orbit) if orbit.points is None else path_of(orbit)
-    picture, _ = draw_orbit(a, path, *size, code=word)
+    columns, rows = size
+    picture, _ = draw_orbit(a, path, columns, rows, code=word)
     text, styles = (
         text_of(picture),
         np.array([[style for part, style in line for _ in part] for line in picture]),
