@@ -151,7 +151,7 @@ def through_links(target):
 
 @pytest.mark.parametrize("command", ["export --format csv", "plot orbit 13 --format png -o"])
 def test_no_output_replaces_a_catalogue(own, tmp_path, cli, command):
-    others = [tmp_path / name for name in ("other.db", "orbits.db-wal", "orbits.db-journal")]
+    others = [tmp_path / name for name in ("other.db", "wal.csv", "journal.csv")]
     for path, start in zip(
         others, ("53514c69746520666f726d6174203300", "377f0682", "d9d505f920a163d7"), strict=True
     ):
