@@ -158,6 +158,7 @@ _SUBJECTS = {
     "Orbits": ("billiard", "orbits"),
     "Averages and entropy": ("averages", "entropy", "trajectories.ensemble"),
     "Levels": ("quantum", "answers.scars"),
+    "In a magnetic field": ("magnetic", "answers.field"),
     "Trajectories and the symbol plane": ("trajectories", "symbols", "answers.identification"),
     "Results": ("answers", "extras"),
     "Errors": ("errors",),

@@ -90,7 +90,7 @@ def verify(
             note(f"{'; '.join(catalogue.rows(a=a).notes)}; there is nothing to check")
             raise typer.Exit(1)
     each = [replace(subset, a=at) for at in stored]  # a stored value may be invalid
-    chosen = each if a is None else replace(subset, a=a)
+    chosen = (each or None) if a is None else replace(subset, a=a)
     with progress("the catalogue") as shown:
         found = catalogue.verify(
             chosen, sample=sample, restarts=restarts, seed=seed, births=births, rigorous=rigorous, jobs=jobs,

@@ -9,6 +9,7 @@ from sqlalchemy import Connection
 
 from orbitdb.columns import Row
 from orbitdb.extras import data_frame
+from orbitdb.store.connection import Connection
 from orbitdb.store.where import CODES_ARE_TEXTS, reads_codes, run_statement
 from orbitdb.text import shortened
 
