@@ -13,7 +13,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 
 from orbitdb import __version__
 from orbitdb.answers.completeness import gaps, nothing

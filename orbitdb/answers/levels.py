@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 
 from orbitdb.answers.completeness import highest_filled
 from orbitdb.answers.results import Result

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 
 from orbitdb.answers.results import TRAJECTORIES, UP_TO_CUT, Result
 from orbitdb.answers.whole_periods import (

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium

@@ -5,7 +5,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 
 from orbitdb.columns import Row
 from orbitdb.extras import data_frame

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 
 from orbitdb.answers.completeness import gaps, without_births
 from orbitdb.arrays import Integers

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 
 from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.errors import AlteredError, WorkError

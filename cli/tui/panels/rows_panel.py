@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from textual.app import ComposeResult
 from textual.containers import Vertical
 from textual.reactive import reactive
