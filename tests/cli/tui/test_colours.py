@@ -7,7 +7,6 @@ import pytest
 from contrasts import texts_of
 from screens import browsing, press
 from textual.color import Color
-from textual.geometry import Offset
 from textual.theme import BUILTIN_THEMES
 
 from orbitdb.cli.tui.colours import TEXT, contrast, readable, readable_variables
