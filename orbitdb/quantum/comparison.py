@@ -97,12 +97,30 @@ class Comparison:
         own = smoothed(k, np.concatenate([below, levels, above]), CUTOFF * scale) - len(below)
         return np.asarray(self.count(k * scale) - own)
 
-    def firsts(self) -> Integers:
-        """Return the numbers of levels that may be missing below the list, as far as steps do not tell."""
+    def part(self, count: int) -> "Comparison":
+        """Return the comparison of the first levels of the list."""
+        return self._of(self.k[:count], self.window)
+
+    def stretch(self, first: int, count: int) -> "Comparison":
+        """Return the comparison of some levels from the middle of the list, as a window."""
+        return self._of(self.k[first : first + count], True)
+
+    def scaled(self, scale: float) -> "Comparison":
+        """Return the comparison with all levels multiplied by a scale."""
+        return self._of(self.k * scale, self.window)
+
+    def _of(self, k: Floats, window: bool) -> "Comparison":
+        return Comparison(k, self.count, self.smooth, self.perimeter, self.mixed, window, self.noise)
+
+    def firsts(self, difference: Floats) -> Integers:
+        """Return the numbers of levels that may be missing below the list, as far as steps do not tell.
+
+        `difference` is that of this list on the grid, possibly with another scale.
+        """
         if not self.window:
             return np.zeros(1, np.int64)
         reach = _FIRSTS_MIXED if self.mixed else _FIRSTS
-        middle = max(round(float(np.median(self.difference[1:4]))), 0)
+        middle = max(round(float(np.median(difference[1:4]))), 0)
         return np.arange(max(middle - reach, 0), middle + reach + 1)
 
     def steps(self, rates: Rates) -> Steps:

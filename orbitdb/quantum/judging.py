@@ -14,8 +14,12 @@ FITS = 1.7
 """Largest misfit of a list that fits the stadium. In tests, lists that fit had 0.4 to 1.3, and others 1.9 or
 more: a radius wrong by 0.1 %, another a or parity, the levels of a rectangle, random numbers."""
 
-_PASSES, _PATHS = 3, 300
-_BEAM, _LONG_BEAM, _LONG = Beam(18.0, 300), Beam(14.0, 150), 2000
+PATHS = 300
+"""Number of paths that are drawn."""
+_PASSES = 3
+_BEAM = Beam(18.0, 300)
+_LONG, _LONG_BEAM, _STRETCH = 3000, Beam(14.0, 150), 1000
+"""Lists with more levels get a smaller beam and one pass, with the rates of a stretch of so many levels."""
 _LEAST_TAU2, _WIDER_FROM, _WIDER = 1.5, 1.6, 5
 """Least variance of the deviations, and the misfit from which the beam is widened once, and by what factor:
 a lost path is the main cause of false certainty."""
@@ -38,17 +42,20 @@ class Judgement:
 
 def judge(compared: Comparison) -> Judgement:
     """Number the levels; estimate the rates in at most three passes."""
-    rates, before, beam = Rates(), None, _BEAM if len(compared.k) < _LONG else _LONG_BEAM
+    rates, before, beam, passes = Rates(), None, _BEAM, _PASSES
+    if (n := len(compared.k)) > _LONG:
+        rates = judge(compared.stretch((n - _STRETCH) // 2, _STRETCH)).rates
+        beam, passes = _LONG_BEAM, 1
     widest = beam.states * _WIDER
     for turn in range(_PASSES + 1):
         steps = compared.steps(rates)
         known = None if before is None else _carried(*before, steps)
         data = compared.data(steps, known, rates.tau2)
-        passed = forward(data, steps, compared.firsts(), beam)
-        posterior = backward(passed, steps, _PATHS, np.random.default_rng(1))
+        passed = forward(data, steps, compared.firsts(compared.difference), beam)
+        posterior = backward(passed, steps, PATHS, np.random.default_rng(1))
         misfit, new = _estimated(compared, steps, data, posterior)
         wider = misfit > _WIDER_FROM and beam.states < widest
-        if not wider and (turn >= _PASSES - 1 or _close(rates, new)):
+        if not wider and (turn >= passes - 1 or _close(rates, new)):
             break
         if wider:
             beam = Beam(beam.depth * 1.5, widest)

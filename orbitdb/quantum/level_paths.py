@@ -221,25 +221,31 @@ def _kept(
     states: _States, parent: Integers, row: Integers, low: int, mixing: Integers, beam: Beam
 ) -> tuple[_States, Edges]:
     """Merge equal states and keep the best; return them, with points from `low` on, and the steps to them."""
-    added = states.added[:, low - states.low :]
-    rounded = np.rint((added - states.net[:, None]) / _SAME).astype(np.int64)
-    key = rounded @ mixing[: rounded.shape[1]] + (states.net * BACK + states.back) * 15_485_863
-    order = np.lexsort((-states.rank, key))
-    key, score = key[order], states.alpha[order]
-    (starts,) = np.append(True, key[1:] != key[:-1]).nonzero()
-    alpha = np.logaddexp.reduceat(score, starts)
+    (good,) = (states.rank > states.rank.max() - beam.depth).nonzero()
+    added, net, back = states.added[good, low - states.low :], states.net[good], states.back[good]
+    rounded = np.rint((added - net[:, None]) / _SAME).astype(np.int64)
+    key = rounded @ mixing[: rounded.shape[1]] + (net * BACK + back) * 15_485_863
+    order = np.lexsort((-states.rank[good], key))
+    key, edges = key[order], good[order]
+    score = states.alpha[edges]
+    new = np.empty(len(key), bool)
+    new[0], new[1:] = True, key[1:] != key[:-1]
+    (starts,) = new.nonzero()
     best = order[starts]
-    rank = alpha + states.rank[best] - states.alpha[best]
-    (kept,) = (rank > rank.max() - beam.depth).nonzero()
-    if len(kept) > beam.states:
-        kept = np.sort(kept[np.argpartition(-rank[kept], beam.states)[: beam.states]])
-    place = np.full(len(starts), -1)
-    place[kept] = np.arange(len(kept))
-    child = np.repeat(place, np.diff(np.append(starts, len(key))))
-    (mine,) = (child >= 0).nonzero()
-    edges = Edges(child[mine], parent[order[mine]], row[order[mine]], score[mine], alpha[kept])
-    best = best[kept]
-    return _States(states.net[best], states.back[best], alpha[kept], rank[kept], added[best], low), edges
+    alpha = np.logaddexp.reduceat(score, starts)
+    rank = alpha + states.rank[good[best]] - states.alpha[good[best]]
+    if len(rank) > beam.states:
+        kept = np.sort(np.argpartition(-rank, beam.states)[: beam.states])
+        place = np.full(len(rank), -1)
+        place[kept] = np.arange(len(kept))
+        child = place[new.cumsum() - 1]
+        (mine,) = (child >= 0).nonzero()
+        child, edges, score = child[mine], edges[mine], score[mine]
+        best, alpha, rank = best[kept], alpha[kept], rank[kept]
+    else:
+        child = new.cumsum() - 1
+    after = _States(net[best], back[best], alpha, rank, added[best], low)
+    return after, Edges(child, parent[edges], row[edges], score, alpha)
 
 
 class Posterior(NamedTuple):

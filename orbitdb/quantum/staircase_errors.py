@@ -100,13 +100,14 @@ def whitening(
     n, size = len(grid), BEFORE + 1
     step = grid[1] - grid[0]
     lag = np.arange(size)
-    between = np.abs(lag[:, None] - lag) * step
-    same = covariance_of_error(between, perimeter, mixed, cutoff) + _NUGGET**2 * np.eye(size)
+    apart = np.abs(lag[:, None] - lag)
+    between = apart * step
+    same = covariance_of_error(lag * step, perimeter, mixed, cutoff)[apart] + _NUGGET**2 * np.eye(size)
     index = np.arange(n)[:, None] - BEFORE + lag
     outside = index < 0
     index = np.maximum(index, 0)
     full = np.broadcast_to(same, (n, size, size)).copy()
-    rows, columns = np.maximum(lag[:, None], lag), BEFORE - np.abs(lag[:, None] - lag)
+    rows, columns = np.maximum(lag[:, None], lag), BEFORE - apart
     full += gaps[np.clip(np.arange(n)[:, None, None] - BEFORE + rows, 0, n - 1), columns]
     if noise:
         kernel = np.exp(-((cutoff * between) ** 2) / 4) * noise**2 * cutoff / (2 * math.sqrt(math.pi))
