@@ -36,7 +36,7 @@ _PART = 256
 class Rates:
     """Probabilities that a level is missing, and spurious, and the variance of the deviations."""
 
-    missing: float = 0.03
+    missing: float = 0.1
     spurious: float = 0.003
     tau2: float = 1.5
 

@@ -17,12 +17,12 @@ more: a radius wrong by 0.1 %, another a or parity, the levels of a rectangle, r
 PATHS = 300
 """Number of paths that are drawn."""
 _PASSES = 3
-_BEAM = Beam(18.0, 300)
+_BEAM, _WIDE_BEAM = Beam(18.0, 300), Beam(27.0, 1500)
+_LEAST_TAU2, _WIDER_FROM = 1.5, 1.6
+"""Least variance of the deviations, and the misfit from which the beam is widened: a lost path is the main
+cause of false certainty."""
 _LONG, _LONG_BEAM, _STRETCH = 3000, Beam(14.0, 150), 1000
 """Lists with more levels get a smaller beam and one pass, with the rates of a stretch of so many levels."""
-_LEAST_TAU2, _WIDER_FROM, _WIDER = 1.5, 1.6, 5
-"""Least variance of the deviations, and the misfit from which the beam is widened once, and by what factor:
-a lost path is the main cause of false certainty."""
 _LARGEST = 16.0
 _TRIED = 10
 """Number of drawn paths whose deviations are averaged."""
@@ -30,37 +30,56 @@ _TRIED = 10
 
 @dataclass(frozen=True)
 class Judgement:
-    """A list, the steps that were tried, their probabilities, the rates, the misfit and ln P of the list."""
+    """A list, the steps that were tried, their probabilities, and the rates and the misfit that follow."""
 
     compared: Comparison
     steps: Steps
     posterior: Posterior
     rates: Rates
     misfit: float
-    log_evidence: float
 
 
 def judge(compared: Comparison) -> Judgement:
-    """Number the levels; estimate the rates in at most three passes."""
-    rates, before, beam, passes = Rates(), None, _BEAM, _PASSES
-    if (n := len(compared.k)) > _LONG:
-        rates = judge(compared.stretch((n - _STRETCH) // 2, _STRETCH)).rates
-        beam, passes = _LONG_BEAM, 1
-    widest = beam.states * _WIDER
-    for turn in range(_PASSES + 1):
-        steps = compared.steps(rates)
-        known = None if before is None else _carried(*before, steps)
-        data = compared.data(steps, known, rates.tau2)
-        passed = forward(data, steps, compared.firsts(compared.difference), beam)
-        posterior = backward(passed, steps, PATHS, np.random.default_rng(1))
-        misfit, new = _estimated(compared, steps, data, posterior)
-        wider = misfit > _WIDER_FROM and beam.states < widest
-        if not wider and (turn >= passes - 1 or _close(rates, new)):
+    """Number the levels; estimate the rates in at most three passes.
+
+    The misfit is that of the first pass, with given rates: adapted to a list that does not belong to the
+    stadium, they explain everything by missing and spurious levels.
+    """
+    if len(compared.k) > _LONG:
+        return _judge_long(compared)
+    judged = _once(compared, Rates(), _BEAM)
+    beam = _BEAM
+    if judged.misfit > _WIDER_FROM:
+        beam = _WIDE_BEAM
+        judged = _once(compared, Rates(), beam)
+    misfit = judged.misfit
+    for _ in range(_PASSES - 1):
+        before = judged.rates
+        judged = _once(compared, before, beam, judged)
+        if _close(before, judged.rates):
             break
-        if wider:
-            beam = Beam(beam.depth * 1.5, widest)
-        rates, before = new, (steps, posterior.probability)
-    return Judgement(compared, steps, posterior, rates, misfit, passed.log_evidence)
+    return replace(judged, misfit=misfit)
+
+
+def _judge_long(compared: Comparison) -> Judgement:
+    """Number the levels of a long list in one pass, with the rates of a stretch."""
+    stretch = judge(compared.stretch((len(compared.k) - _STRETCH) // 2, _STRETCH))
+    judged = _once(compared, stretch.rates, _LONG_BEAM)
+    return replace(judged, misfit=max(judged.misfit, stretch.misfit))
+
+
+def _once(compared: Comparison, rates: Rates, beam: Beam, before: Judgement | None = None) -> Judgement:
+    """Number the levels with some rates; the result has the rates that follow.
+
+    `before` knows more about where levels are missing.
+    """
+    steps = compared.steps(rates)
+    known = None if before is None else _carried(before.steps, before.posterior.probability, steps)
+    data = compared.data(steps, known, rates.tau2)
+    passed = forward(data, steps, compared.firsts(compared.difference), beam)
+    posterior = backward(passed, steps, PATHS, np.random.default_rng(1))
+    misfit, new = _estimated(compared, steps, data, posterior)
+    return Judgement(compared, steps, posterior, new, misfit)
 
 
 def _close(one: Rates, other: Rates) -> bool:
