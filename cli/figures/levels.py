@@ -19,6 +19,7 @@ from orbitdb.cli.given_levels import GivenLevels
 from orbitdb.cli.output import note
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots import curves
+from orbitdb.plots.assess import draw_assess
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure, short
 from orbitdb.quantum.level_statistics import (
     FAMILY_TO,
@@ -97,7 +98,7 @@ def draw_assessment(moment: Moment, chosen: Selection, given: GivenLevels) -> Fi
     for line in hints:
         note(line)
     with figure(7.2, 4.2, assessment.verdict()) as made:
-        curves.draw_assessment(made.add_subplot(), assessment)
+        draw_assess(made.add_subplot(), assessment)
     return made
 
 

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
     from orbitdb.quantum.length_spectrum import Peak, Spectrum
     from orbitdb.quantum.levels import Levels
-    from orbitdb.quantum.missing_levels import Assessment
     from orbitdb.quantum.waves import Wave
     from orbitdb.store.lives import Life
 
@@ -164,17 +163,6 @@ def draw_levels(ax: Axes, levels: "Levels") -> None:
     ax.step(ends, count, where="post", color=BLUE, label="levels")
     ax.plot(k, smooth(k) - below, color=INK, linestyle="--", linewidth=1, label="Weyl's law")
     ax.set(xlabel="$kR$", ylabel=f"levels from {levels.low:g} to $k$" if levels.low else "levels below $k$")
-
-
-def draw_assessment(ax: Axes, assessment: "Assessment") -> None:
-    """Draw how many levels are missing below each level, as the orbits give it and rounded to an integer."""
-    place = np.arange(1, len(assessment) + 1)
-    true, off = assessment.number > 0, assessment.excess
-    ax.plot(assessment.k[true], off[true], ".", markersize=3, label="orbits minus levels")
-    ax.step(assessment.k[true], (assessment.number - place)[true], where="mid", label="levels missing so far")
-    if not true.all():
-        ax.plot(assessment.k[~true], off[~true], "x", markersize=6, label="spurious or duplicate")
-    ax.set(xlabel="$kR$", ylabel="levels")
 
 
 _PIXELS = 130

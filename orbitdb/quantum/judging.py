@@ -10,15 +10,20 @@ from orbitdb.quantum.comparison import Comparison, Rates
 from orbitdb.quantum.level_paths import BACK, Beam, Data, Posterior, Steps, backward, forward
 from orbitdb.quantum.staircase_errors import deviations
 
-FITS = 1.7
-"""Largest misfit of a list that fits the stadium. In tests, lists that fit had 0.4 to 1.3, and others 1.9 or
-more: a radius wrong by 0.1 %, another a or parity, the levels of a rectangle, random numbers."""
-
+FITS = 1.0
+"""Largest misfit of a list that fits the stadium."""
+_SHORTFALL, _SHORTFALL_MIXED = 1.0, 1.6
+"""Shortfall of ln P for each grid point, for one parity and for all mixed, at which the misfit is 1. In tests,
+lists of one parity with 25 to 200 levels, up to a third of them missing, fell short by up to 0.9, and with 50
+levels or more, lists with another a or parity or a radius wrong by 0.1 % by more than 1, with few exceptions.
+Mixed lists fell short by up to 1.8, and wrong ones by 1 or more."""
+_TYPICAL = 0.7
+"""Variance of the deviations of lists that fit."""
 PATHS = 300
 """Number of paths that are drawn."""
 _PASSES = 3
 _BEAM, _WIDE_BEAM = Beam(18.0, 300), Beam(27.0, 1500)
-_LEAST_TAU2, _WIDER_FROM = 1.5, 1.6
+_LEAST_TAU2, _WIDER_FROM = 1.5, 0.6
 """Least variance of the deviations, and the misfit from which the beam is widened: a lost path is the main
 cause of false certainty."""
 _LONG, _LONG_BEAM, _STRETCH = 3000, Beam(14.0, 150), 1000
@@ -78,8 +83,23 @@ def _once(compared: Comparison, rates: Rates, beam: Beam, before: Judgement | No
     data = compared.data(steps, known, rates.tau2)
     passed = forward(data, steps, compared.firsts(compared.difference), beam)
     posterior = backward(passed, steps, PATHS, np.random.default_rng(1))
-    misfit, new = _estimated(compared, steps, data, posterior)
-    return Judgement(compared, steps, posterior, new, misfit)
+    new = _estimated(compared, steps, data, posterior)
+    return Judgement(compared, steps, posterior, new, _misfit(compared, steps, data, passed.log_evidence))
+
+
+def _misfit(compared: Comparison, steps: Steps, data: Data, log_evidence: float) -> float:
+    """Return by how much ln P of the difference, given the spacings, is less than expected, in units of a limit.
+
+    ln P of the spacings by themselves is that of lists that nothing is known about.
+    """
+    true = (steps.missing >= 0) & (steps.back == 1)
+    of_spacings = np.full(len(data.k), -np.inf)
+    np.logaddexp.at(of_spacings, steps.level[true], steps.log_weight[true])
+    points = len(data.grid)
+    expected = -float(data.white.log_scale.sum())
+    expected -= points * (math.log(data.tau2) + _TYPICAL / data.tau2) / 2
+    shortfall = (expected + float(of_spacings.sum()) - log_evidence) / points
+    return max(0.0, shortfall) / (_SHORTFALL_MIXED if compared.mixed else _SHORTFALL)
 
 
 def _close(one: Rates, other: Rates) -> bool:
@@ -91,8 +111,8 @@ def _close(one: Rates, other: Rates) -> bool:
     )
 
 
-def _estimated(compared: Comparison, steps: Steps, data: Data, posterior: Posterior) -> tuple[float, Rates]:
-    """Return the misfit and the rates that follow from the probabilities."""
+def _estimated(compared: Comparison, steps: Steps, data: Data, posterior: Posterior) -> Rates:
+    """Return the rates that follow from the probabilities."""
     n, points = len(compared.k), len(compared.grid)
     within = np.where(steps.low > 0, np.clip(steps.missing, 0, 2), 0)
     missing = float(posterior.probability @ within)
@@ -100,11 +120,10 @@ def _estimated(compared: Comparison, steps: Steps, data: Data, posterior: Poster
     paths = zip(posterior.drawn.T[:_TRIED], posterior.first[:_TRIED].tolist(), strict=True)
     off = [deviations(data.white, compared.residual(steps, drawn, first)) for drawn, first in paths]
     squares = float(np.minimum(np.square(off), _LARGEST).sum()) / len(off)
-    misfit = (squares + 10) / (points + 10)
-    return misfit, Rates(
+    return Rates(
         min(max((missing + 0.5) / (n + 25), 0.004), 0.3),
         min(max((spurious + 0.1) / (n + 50), 0.0005), 0.1),
-        max(misfit, _LEAST_TAU2),
+        max((squares + 10) / (points + 10), _LEAST_TAU2),
     )
 
 

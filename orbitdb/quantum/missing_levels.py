@@ -72,8 +72,7 @@ class Assessment(Drawn):
     first_probability : float
         Probability of `first`.
     misfit : float
-        Mean square of the deviations from the orbits, once the missing and spurious levels are taken into
-        account, relative to what is expected.
+        By how much the agreement with the orbits is worse than expected; 1 is the limit for a list that fits.
     scale, scale_error : float
         Ratio of the fitted radius to the given radius, and its standard error; 1 and 0 without a fit.
     at_limit : bool
