@@ -71,8 +71,8 @@ class GivenLevels:
         Radius | None,
         number_option(
             read=read_radius,
-            help="Radius of the semicircles in metres; goes with --frequency. With its standard error, such as "
-            "0.2+-0.0005, 'assess' fits it.",
+            help="Radius of the semicircles in metres; goes with --frequency. If you add its standard error, "
+            "as in 0.2+-0.0005, 'assess' fits it.",
         ),
     ] = None
 

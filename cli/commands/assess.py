@@ -35,9 +35,7 @@ def assess(
     window: Annotated[
         bool, typer.Option("--window", help="The list may begin with any level; say with which.")
     ] = False,
-    noise: Annotated[
-        float, options.number_option(help="Scatter of the levels, in mean spacings.")
-    ] = 0.0,
+    noise: Annotated[float, options.number_option(help="Scatter of the levels, in mean spacings.")] = 0.0,
     numbers: Annotated[
         bool, typer.Option("--numbers", help="Instead, show the true number of each level of the list.")
     ] = False,

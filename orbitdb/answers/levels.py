@@ -249,9 +249,13 @@ def assess_levels(
     if k is None and (window or fit_radius):
         raise InputError("a window, or a list whose radius is to be fitted, needs its levels: give them")
     if not 0 <= noise <= _MOST_NOISE:
-        raise InputError(f"noise {noise:g}: give the scatter of the levels in mean spacings, 0 to {_MOST_NOISE:g}")
+        raise InputError(
+            f"noise {noise:g}: give the scatter of the levels in mean spacings, 0 to {_MOST_NOISE:g}"
+        )
     if radius_error is not None and not 0 < radius_error <= _LARGEST_ERROR:
-        raise InputError(f"the relative error of the radius is {radius_error:g}: give up to {_LARGEST_ERROR:g}")
+        raise InputError(
+            f"the relative error of the radius is {radius_error:g}: give up to {_LARGEST_ERROR:g}"
+        )
     if k is None:
         k = levels_from_zero(moment, stadium.a, of).k
     once, twins = without_twins(as_levels(k), stadium, of)
@@ -261,7 +265,9 @@ def assess_levels(
     assessment = assess(levels, orbits, stadium, of, window, fit_radius, radius_error, noise)
     notes = [_on_twins(twins, len(levels))] if twins else []
     if noise >= _MUCH_NOISE:
-        notes.append(f"with a scatter of {noise:g} mean spacings, a wrong radius or parity may not be noticed")
+        notes.append(
+            f"with a scatter of {noise:g} mean spacings, a wrong radius or parity may not be noticed"
+        )
     if not assessment.fits or assessment.at_limit:
         return assessment, [*notes, *_hints(moment, assessment, classes, levels)]
     lowest = int(assessment.number[assessment.number > 0][0]) - 1

@@ -152,9 +152,7 @@ class QuantumCatalogue(FilledCatalogue):
         from orbitdb.answers.levels import assess_levels
 
         with self._file.moment() as moment:
-            return assess_levels(
-                moment, self._at(a), k, parity, fit_radius, window, radius_error, noise
-            )[0]
+            return assess_levels(moment, self._at(a), k, parity, fit_radius, window, radius_error, noise)[0]
 
     def scars(
         self,

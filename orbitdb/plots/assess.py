@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
+from orbitdb.arrays import Floats
 from orbitdb.plots.style import BLUE, ORANGE
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def _draw_steps(ax: Axes, assessment: "Assessment") -> None:
             _name(ax, gap, assessment, k, height)
 
 
-def _name(ax: Axes, gap: "Gap", assessment: "Assessment", k: np.ndarray, height: np.ndarray) -> None:
+def _name(ax: Axes, gap: "Gap", assessment: "Assessment", k: Floats, height: Floats) -> None:
     """Write how many levels are missing or spurious in a gap, and where, below the end of its step."""
     low = -np.inf if gap.after is None else gap.after
     high = np.inf if gap.before is None else gap.before
@@ -67,5 +68,10 @@ def _name(ax: Axes, gap: "Gap", assessment: "Assessment", k: np.ndarray, height:
     end = float(height[np.searchsorted(k, min(high, k[-1]), "right") - 1])
     text = ", ".join(f"{count:+d}" for count in (gap.missing, -gap.spurious) if count)
     ax.annotate(
-        f"{text} at {at:.4g}", (at, end), xytext=(5, -11), textcoords="offset points", color=ORANGE, fontsize=8
+        f"{text} at {at:.2f}",
+        (at, end),
+        xytext=(5, -11),
+        textcoords="offset points",
+        color=ORANGE,
+        fontsize=8,
     )

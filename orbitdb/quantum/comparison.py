@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from orbitdb.arrays import Floats, Integers
 from orbitdb.quantum.level_paths import BACK, Data, Steps
-from orbitdb.quantum.spacing_laws import SpacingLaw
-from orbitdb.quantum.staircase_errors import Gaps, Whitening, covariance_of_gaps, whitening
+from orbitdb.quantum.spacing_laws import MIXED, SpacingLaw
+from orbitdb.quantum.staircase_errors import Gaps, covariance_of_gaps, whitening
 
 CUTOFF = 10.0
 """Cutoff X of the staircase, in units of the radius; a longer one does not help."""
@@ -24,8 +25,9 @@ _LOST, _GOES_ON = 0.004, 0.9
 _IMPROBABLE = 18.0
 """Steps less probable than the best one by this much in ln P are not tried."""
 _WIDE, _NEGLIGIBLE = 1.2, 2e-3
-"""Width of the gaps, in mean spacings, and the least probability for which missing levels there add errors."""
+"""Least width of gaps, in mean spacings, and least probability, for which missing levels add errors."""
 _ORDERS = 24
+"""How many numbers of missing levels are tried for each gap."""
 _FIRSTS, _FIRSTS_MIXED = 6, 8
 """How far the first number of a window can be from what the orbits say at its beginning."""
 _LEAST_DENSITY = 0.1
@@ -77,12 +79,12 @@ class Comparison:
         self.count = count
         low = k[0] - _STEP if window else max(k[0] - _STEP, _STEP / 2)
         self.grid = low + _STEP * np.arange(math.ceil((k[-1] - low) / _STEP) + 2)
-        self.law = SpacingLaw(4 if mixed else 1, noise)
+        self.law = SpacingLaw(MIXED if mixed else 1, noise)
         self.difference = self.excess(self.grid)
 
     def density(self, k: Floats) -> Floats:
         """Return the mean density of levels."""
-        return np.maximum(self.smooth.deriv()(k), _LEAST_DENSITY)
+        return np.asarray(np.maximum(self.smooth.deriv()(k), _LEAST_DENSITY))
 
     def excess(self, k: Floats, scale: float = 1.0) -> Floats:
         """Return the number of levels below k according to the orbits, minus the smoothed number in the list.
@@ -177,7 +179,7 @@ class Comparison:
         )
         return Data(self.k, self.grid, self.difference, CUTOFF, white, tau2)
 
-    def residual(self, steps: Steps, drawn: Integers, first: int) -> Floats:
+    def residual(self, steps: Steps, drawn: NDArray[np.int32], first: int) -> Floats:
         """Return what is left of the difference on a path, shape (G,)."""
         spurious = self.k[steps.missing[drawn] < 0]
         missing = np.sort(places(self.k, steps, drawn))
@@ -188,7 +190,7 @@ class Comparison:
 def _log_missing(m: Integers, rate: float) -> Floats:
     """Return ln of the probability that m levels in a row are missing."""
     one_by_one = math.log((1 - _LOST) * (1 - rate)) + m * math.log(rate)
-    return np.logaddexp(one_by_one, math.log(_LOST * (1 - _GOES_ON)) + m * math.log(_GOES_ON))
+    return np.asarray(np.logaddexp(one_by_one, math.log(_LOST * (1 - _GOES_ON)) + m * math.log(_GOES_ON)))
 
 
 def _among_alternatives(steps: Steps) -> Floats:
@@ -201,7 +203,7 @@ def _among_alternatives(steps: Steps) -> Floats:
     return np.where((steps.back == 1) & (total > 0), weight / np.where(total > 0, total, 1.0), 0.0)
 
 
-def places(k: Floats, steps: Steps, drawn: Integers) -> Floats:
+def places(k: Floats, steps: Steps, drawn: NDArray[np.int32]) -> Floats:
     """Return the places of the missing levels on a path, evenly in their gaps."""
     m = np.maximum(steps.missing[drawn], 0)
     gap = np.repeat(np.arange(len(m)), m)

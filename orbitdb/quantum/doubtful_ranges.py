@@ -101,7 +101,7 @@ class Ranges:
 
 
 class _Paths:
-    """The drawn paths: the missing levels before each level, spurious levels, and true numbers, shape (n, paths)."""
+    """The drawn paths: missing levels before each level, spurious levels, true numbers; shape (n, paths)."""
 
     def __init__(self, judged: Judgement) -> None:
         steps, drawn = judged.steps, judged.posterior.drawn
@@ -136,7 +136,11 @@ def ranges(judged: Judgement) -> Ranges:
         rows = slice(low, min(high, n))
         between = slice(low, high - 1)
         totals = list(
-            zip(paths.missing[rows].sum(axis=0).tolist(), paths.spurious[between].sum(axis=0).tolist(), strict=True)
+            zip(
+                paths.missing[rows].sum(axis=0).tolist(),
+                paths.spurious[between].sum(axis=0).tolist(),
+                strict=True,
+            )
         )
         chances = tempered(Counter(totals))
         total = next(iter(chances))
@@ -168,7 +172,6 @@ def ranges(judged: Judgement) -> Ranges:
         paths.missing.sum(axis=0),
         min(float(whole.mean()), MOST),
     )
-
 
 
 def tempered(counts: "Counter[_Value]", power: float = _TEMPER) -> dict[_Value, float]:

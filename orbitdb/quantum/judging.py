@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Integers
 from orbitdb.quantum.comparison import Comparison, Rates
 from orbitdb.quantum.level_paths import BACK, Beam, Data, Posterior, Steps, backward, forward
 from orbitdb.quantum.staircase_errors import deviations
@@ -13,7 +13,7 @@ from orbitdb.quantum.staircase_errors import deviations
 FITS = 1.0
 """Largest misfit of a list that fits the stadium."""
 _SHORTFALL, _SHORTFALL_MIXED = 1.0, 1.6
-"""Shortfall of ln P for each grid point, for one parity and for all mixed, at which the misfit is 1. In tests,
+"""Shortfall of ln P for each grid point, of one parity and of all mixed, at which the misfit is 1. In tests,
 lists of one parity with 25 to 200 levels, up to a third of them missing, fell short by up to 0.9, and with 50
 levels or more, lists with another a or parity or a radius wrong by 0.1 % by more than 1, with few exceptions.
 Mixed lists fell short by up to 1.8, and wrong ones by 1 or more."""
@@ -29,6 +29,7 @@ cause of false certainty."""
 _LONG, _LONG_BEAM, _STRETCH = 3000, Beam(14.0, 150), 1000
 """Lists with more levels get a smaller beam and one pass, with the rates of a stretch of so many levels."""
 _LARGEST = 16.0
+"""Largest square of a deviation that counts in their variance."""
 _TRIED = 10
 """Number of drawn paths whose deviations are averaged."""
 
@@ -88,7 +89,7 @@ def _once(compared: Comparison, rates: Rates, beam: Beam, before: Judgement | No
 
 
 def _misfit(compared: Comparison, steps: Steps, data: Data, log_evidence: float) -> float:
-    """Return by how much ln P of the difference, given the spacings, is less than expected, in units of a limit.
+    """Return by how much ln P of the difference, given the spacings, is less than expected; the limit is 1.
 
     ln P of the spacings by themselves is that of lists that nothing is known about.
     """
@@ -130,9 +131,11 @@ def _estimated(compared: Comparison, steps: Steps, data: Data, posterior: Poster
 def _carried(old: Steps, probability: Floats, new: Steps) -> Floats:
     """Return the probabilities of old steps for the same steps in another table; 0 for those not in it."""
 
-    def key(steps: Steps) -> Floats:
+    def key(steps: Steps) -> Integers:
         most = max(int(old.missing.max()), int(new.missing.max())) + 2
-        return (steps.level * BACK + steps.back - 1) * most + np.where(steps.missing < 0, most - 1, steps.missing)
+        return (steps.level * BACK + steps.back - 1) * most + np.where(
+            steps.missing < 0, most - 1, steps.missing
+        )
 
     of_old, of_new = key(old), key(new)
     at = np.minimum(np.searchsorted(of_old, of_new), len(of_old) - 1)

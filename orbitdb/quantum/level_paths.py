@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from orbitdb.arrays import Floats, Integers
@@ -19,9 +20,9 @@ from orbitdb.quantum.staircase_errors import BEFORE, Whitening
 BACK = 3
 """How far back the last true level can be: at most two spurious levels are in a row."""
 _SETTLED, _REACH, _AHEAD = 2.5, 3.5, 1.0
-"""Distances in units of 1/X. Missing levels do not change points farther below them than the first, and change
-points farther above them than the second by 1. Up to the third below a level, points count in the choice of
-states, although later missing levels may change them."""
+"""Distances in units of 1/X. Missing levels do not change points farther below them than the first, and
+change those farther above them than the second by 1. Points below a level by at least the third count in the
+choice of states, although later missing levels may change them."""
 _SAME = 0.05
 """Residuals that differ by less are the same; their standard deviations are 0.03 and more."""
 _CHUNK = 256
@@ -35,7 +36,7 @@ class Beam(NamedTuple):
 
 
 class Steps(NamedTuple):
-    """The steps from one true level to the next, or over a spurious level, that are likely enough to be tried.
+    """The steps from one true level to the next, or over a spurious level, that are tried.
 
     Attributes
     ----------
@@ -130,7 +131,7 @@ def forward(data: Data, steps: Steps, firsts: Integers, beam: Beam) -> Forward:
     `firsts` are the numbers of levels that may be missing below the list, shape (F,).
     """
     n, points = len(data.k), len(data.grid)
-    # changed[i] is the first point that the steps to level i change, and ends[i] the first one they change by 1
+    # changed[i]: first point that the steps to level i change; ends[i]: first point that they change by 1
     changed = np.append(np.concatenate([np.zeros(BACK, np.int64), data.places(-_SETTLED)])[:n], points)
     ends, ahead = data.places(_REACH), data.places(-_AHEAD)
     mixing = np.random.default_rng(0).integers(-(2**40), 2**40, points)
@@ -144,7 +145,9 @@ def forward(data: Data, steps: Steps, firsts: Integers, beam: Beam) -> Forward:
             parent, row, score = _continued(states, steps, i, beam.depth)
             span = slice(int(changed[i]), int(ends[i]))
             settled = int(changed[i + 1])
-            new = _after(states, steps, parent, row, added[row - begins, : span.stop - span.start], span, settled)
+            new = _after(
+                states, steps, parent, row, added[row - begins, : span.stop - span.start], span, settled
+            )
             new = _weighed(data, new, score, span.start, settled, max(settled, int(ahead[i])))
             states, kept = _kept(new, parent, row, max(settled - BEFORE, 0), mixing, beam)
             edges.append(kept)
@@ -204,7 +207,7 @@ def _after(
 
 
 def _weighed(data: Data, states: _States, score: Floats, first: int, settled: int, ahead: int) -> _States:
-    """Return the states with ln P including the points from `first` to `settled`, and ranked up to `ahead`."""
+    """Return the states with ln P of the points from `first` to `settled`, and the rank up to `ahead`."""
     residual = data.difference[states.low : ahead] - states.added[:, : ahead - states.low]
     off, alpha = np.zeros(len(score)), None
     for t in range(first, ahead):
@@ -255,14 +258,14 @@ class Posterior(NamedTuple):
     ----------
     probability : ndarray, shape (N,)
         Probability of each of the `Steps`.
-    drawn : ndarray of int, shape (n, paths)
+    drawn : ndarray of int32, shape (n, paths)
         For each path, the row of `Steps` with which it comes to each level.
     first : ndarray of int, shape (paths,)
         Number of levels missing below the list.
     """
 
     probability: Floats
-    drawn: Integers
+    drawn: NDArray[np.int32]
     first: Integers
 
 
@@ -270,7 +273,7 @@ def backward(passed: Forward, steps: Steps, paths: int, rng: np.random.Generator
     """Return the probability of each step given the whole list, and some paths drawn from these."""
     n = len(passed.edges)
     probability = np.zeros(len(steps.level))
-    drawn = np.empty((n, paths), np.int32)
+    drawn: NDArray[np.int32] = np.empty((n, paths), np.int32)
     last = passed.edges[-1].alpha
     later = np.exp(last - np.logaddexp.reduce(last))
     states = rng.choice(len(later), paths, p=later / later.sum())

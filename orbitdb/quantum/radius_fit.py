@@ -19,17 +19,19 @@ from orbitdb.quantum.level_paths import Beam, Posterior, backward, forward
 WIDEST = 0.005
 """Largest relative change of the radius, if its error is not given."""
 _SIGMAS = 4.0
+"""Largest change in units of the standard error, if it is given."""
 _STEP, _FINER = 0.2, 8
 """Step of the scale, in numbers of the last level, and the factor by which it is refined in the end."""
 _FIRST, _MORE = 100, 4
 """Number of levels to which the first grid is fitted, and the factor by which it then grows."""
 _BEAM, _COARSE = Beam(14.0, 150), Beam(8.0, 40)
+"""Beams for the refined and the coarse grids."""
 _LEAST, _LEAST_SHARE = 1e-4, 0.01
 """Least probability of the scales that are refined, and of those that are averaged over."""
 
 
 class Fitted(NamedTuple):
-    """A judgement averaged over scales; the mean scale, its standard error, and whether it is at its limit."""
+    """A judgement averaged over scales; the mean scale, its standard error, and whether it is at a limit."""
 
     judged: Judgement
     scale: float

@@ -21,14 +21,21 @@ from scipy.special import gammaincc, gammaln
 
 from orbitdb.arrays import Floats, Integers
 
+MIXED = 4
+"""Number of independent spectra in a list of levels of all parities."""
+
 FURTHEST = 10.0
 """Distance in mean spacings up to which the surmise is used."""
 _STEP, _ORDERS = 0.01, 24
+"""Step of S in the table, and the number of densities in it; at S = 10, higher ones are negligible."""
 _BLUR, _NOISE = 0.03, 1.4
 """Width with which the densities are blurred, in mean spacings, and in units of the scatter of the levels:
 levels have errors, and the mean spacing is not quite that of Weyl's law."""
 _LEAST_LOG = -60.0
 _MORE_VARIANCE = 0.1
+"""Addition to the number variance, because the mean density is not quite that of Weyl's law."""
+_SURMISED = 5
+"""Number of densities whose variances are those of the surmise; for others, differences follow the GOE."""
 
 
 class SpacingLaw:
@@ -37,7 +44,7 @@ class SpacingLaw:
     Parameters
     ----------
     parts : int
-        Number of independent spectra in the list: 4 if it has levels of all parities, otherwise 1.
+        Number of independent spectra in the list: `MIXED` if it has levels of all parities, otherwise 1.
     noise : float
         Scatter of the levels in the list, in mean spacings.
     """
@@ -45,7 +52,6 @@ class SpacingLaw:
     def __init__(self, parts: int, noise: float = 0.0) -> None:
         self.parts = parts
         self._log = _table(parts, math.hypot(_BLUR, _NOISE * noise))
-        self.orders = int(_ORDERS)
 
     def log_density(self, m: Integers, s: Floats) -> Floats:
         """Return ln p_m(S); `m` and `s` broadcast to the shape of the result."""
@@ -63,16 +69,13 @@ class SpacingLaw:
 
     def variances(self, count: int) -> Floats:
         """Return the variances of p_0, p_1, ..., shape (count,), for the covariance of levels in a gap."""
-        m = np.arange(count)
-        if self.parts == 1:
-            exponent, scale = _surmise(m)
-            near = (exponent + 1) / (2 * scale) - (m + 1.0) ** 2
-        else:
-            s = np.arange(self._log.shape[1]) * _STEP
-            rows = np.exp(self._log[np.minimum(m, 5)])
-            near = (rows * (s - m[:, None] - 1) ** 2).sum(axis=1) / rows.sum(axis=1)
-        return np.where(m < 5, near, near[min(4, count - 1)] + number_variance(m + 1.0, self.parts)
-                        - number_variance(np.array(5.0), self.parts))
+        m = np.arange(max(count, _SURMISED))
+        s = np.arange(self._log.shape[1]) * _STEP
+        density = np.exp(self._log[:_SURMISED])
+        near = (density * (s - m[:_SURMISED, None] - 1) ** 2).sum(axis=1) / density.sum(axis=1)
+        later = number_variance(np.arange(1.0, len(m) + 1), self.parts)
+        later += near[-1] - later[_SURMISED - 1]
+        return np.concatenate([near, later[_SURMISED:]])[:count]
 
 
 def number_variance(s: Floats, parts: int) -> Floats:
@@ -93,7 +96,7 @@ def _table(parts: int, blur: float) -> Floats:
     """Return ln p_m(S), blurred, with one row per m and one column per step of S."""
     s = np.arange(0, FURTHEST + 1 + _STEP / 2, _STEP)
     m = np.arange(_ORDERS)[:, None]
-    density = _of_one(m, s) if parts == 1 else _of_all(m, s / parts, parts)
+    density = _of_one(m, s) if parts == 1 else _of_all(m, s / parts)
     reach = math.ceil(4 * blur / _STEP)
     kernel = np.exp(-((np.arange(-reach, reach + 1) * _STEP / blur) ** 2) / 2)
     padded = np.pad(density, ((0, 0), (reach, reach)), "reflect")
@@ -109,17 +112,20 @@ def _of_one(m: Integers, s: Floats) -> Floats:
     return np.asarray(np.exp(logs + exponent * np.log(np.maximum(s, 1e-300))))
 
 
-def _of_all(m: Integers, s: Floats, parts: int) -> Floats:
-    """Return p_m of independent spectra with equal densities; `s` is in spacings of one of them."""
+def _of_all(m: Integers, s: Floats) -> Floats:
+    """Return p_m of four independent spectra of equal density; `s` is in spacings of one of them.
+
+    With I_n the sum of (n + 1 - j) E_j over j = 0..n, I_n'' = p_n, so that E_n and its derivatives are second
+    differences in n. E_n of four spectra is E * E * E * E, and its second derivative
+    4 E * E * E * E'' + 12 E * E * E' * E'.
+    """
     exponent, scale = _surmise(m)
     above = gammaincc((exponent + 1) / 2, scale * s**2)
-    twice = (m + 1) * gammaincc((exponent + 2) / 2, scale * s**2) - s * above
-    none, once, second = _second_differences(twice), _second_differences(-above), _second_differences(_of_one(m, s))
-    two, four = _joined(none, none), None
-    assert parts == 4
-    three = _joined(two, none)
-    four = parts * _joined(three, second) + parts * (parts - 1) * _joined(two, _joined(once, once))
-    return np.maximum(np.cumsum(np.cumsum(four, axis=0), axis=0), 0.0) / parts**2
+    sums = (m + 1) * gammaincc((exponent + 2) / 2, scale * s**2) - s * above
+    none, slope, curve = map(_second_differences, (sums, -above, _of_one(m, s)))
+    two = _joined(none, none)
+    four = 4 * _joined(_joined(two, none), curve) + 12 * _joined(two, _joined(slope, slope))
+    return np.maximum(np.cumsum(np.cumsum(four, axis=0), axis=0), 0.0) / MIXED**2
 
 
 def _second_differences(rows: Floats) -> Floats:

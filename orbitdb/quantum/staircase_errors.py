@@ -191,11 +191,13 @@ def covariance_of_gaps(grid: Floats, cutoff: float, gaps: Gaps, variances: Float
             for lag in range(min(BEFORE + 1, width)):
                 both = (spread[:, lag:] * spread[:, : width - lag]).sum(axis=2)
                 ok = inside[:, lag:] & inside[:, : width - lag]
-                np.add.at(band, (t[:, lag:][ok], BEFORE - lag), both[ok])
+                np.add.at(band[:, BEFORE - lag], t[:, lag:][ok], both[ok])
     return band
 
 
 def deviations(white: Whitening, residual: Floats) -> Floats:
     """Return the deviations of the residuals from their predictions, shape (n,)."""
     padded = np.concatenate([np.zeros(BEFORE), residual])
-    return np.asarray((np.lib.stride_tricks.sliding_window_view(padded, BEFORE + 1) * white.weights).sum(axis=1))
+    return np.asarray(
+        (np.lib.stride_tricks.sliding_window_view(padded, BEFORE + 1) * white.weights).sum(axis=1)
+    )
