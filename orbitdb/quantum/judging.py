@@ -59,6 +59,8 @@ def judge(compared: Comparison) -> Judgement:
         beam = _WIDE_BEAM
         judged = _once(compared, Rates(), beam)
     misfit = judged.misfit
+    if misfit > FITS:
+        return judged
     for _ in range(_PASSES - 1):
         before = judged.rates
         judged = _once(compared, before, beam, judged)

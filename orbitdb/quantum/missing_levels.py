@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 
 _LEAST_ERROR = 0.1
 """Least error that is stated for the number of missing levels, and the step to which it is rounded up."""
-_TWINS, _FEW, _MANY = 0.02, 3, 5
+_TWINS, _FEW, _MANY, _MOST_OF = 0.02, 3, 5, 0.6
 """Distance of levels that may be one, in mean spacings; such pairs are merged if there are more than the
-second number plus the third times the number expected by chance."""
+second number plus the third times the number expected by chance, but not more than this share of the list."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -224,7 +224,7 @@ def without_twins(k: Floats, stadium: Stadium, parity: Parity | None) -> tuple[F
     near = spacing < _TWINS
     by_chance = len(k) * (0.75 * _TWINS if parity is None else math.pi / 4 * _TWINS**2)
     count = int(near.sum())
-    if count <= _FEW + _MANY * by_chance:
+    if count <= _FEW + _MANY * by_chance or count > _MOST_OF * len(k):
         return k, 0
     group = np.cumsum(np.append(True, ~near)) - 1
     return np.bincount(group, k) / np.bincount(group), count
