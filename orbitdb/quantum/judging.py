@@ -26,7 +26,7 @@ _BEAM, _WIDE_BEAM = Beam(18.0, 300), Beam(27.0, 1500)
 _LEAST_TAU2, _WIDER_FROM = 1.5, 0.6
 """Least variance of the deviations, and the misfit from which the beam is widened: a lost path is the main
 cause of false certainty."""
-_LONG, _LONG_BEAM, _STRETCH = 3000, Beam(14.0, 150), 1000
+_LONG, _LONG_BEAM, _STRETCH = 3000, Beam(12.0, 100), 500
 """Lists with more levels get a smaller beam and one pass, with the rates of a stretch of so many levels."""
 _LARGEST = 16.0
 """Largest square of a deviation that counts in their variance."""

@@ -134,7 +134,7 @@ def forward(data: Data, steps: Steps, firsts: Integers, beam: Beam) -> Forward:
     # changed[i]: first point that the steps to level i change; ends[i]: first point that they change by 1
     changed = np.append(np.concatenate([np.zeros(BACK, np.int64), data.places(-_SETTLED)])[:n], points)
     ends, ahead = data.places(_REACH), data.places(-_AHEAD)
-    mixing = np.random.default_rng(0).integers(-(2**40), 2**40, points)
+    mixing = np.random.default_rng(0).integers(-(2**30), 2**30, points).astype(np.float64)
     zeros = np.zeros(len(firsts))
     states = _States(firsts, np.ones(len(firsts), np.int64), zeros, zeros, np.empty((len(firsts), 0)), 0)
     edges = []
@@ -199,7 +199,7 @@ def _after(
     back = np.where(missing < 0, states.back[parent] + 1, 1)
     known = states.low + states.added.shape[1]
     total = np.empty((len(row), max(span.stop, settled, known) - states.low))
-    total[:, : known - states.low] = states.added[parent]
+    total[:, : known - states.low] = states.added.take(parent, axis=0)
     total[:, known - states.low :] = states.net[parent, None]
     total[:, span.start - states.low : span.stop - states.low] += added
     total[:, span.stop - states.low :] = net[:, None]
@@ -221,14 +221,15 @@ def _weighed(data: Data, states: _States, score: Floats, first: int, settled: in
 
 
 def _kept(
-    states: _States, parent: Integers, row: Integers, low: int, mixing: Integers, beam: Beam
+    states: _States, parent: Integers, row: Integers, low: int, mixing: Floats, beam: Beam
 ) -> tuple[_States, Edges]:
     """Merge equal states and keep the best; return them, with points from `low` on, and the steps to them."""
     (good,) = (states.rank > states.rank.max() - beam.depth).nonzero()
-    added, net, back = states.added[good, low - states.low :], states.net[good], states.back[good]
-    rounded = np.rint((added - net[:, None]) / _SAME).astype(np.int64)
-    key = rounded @ mixing[: rounded.shape[1]] + (net * BACK + back) * 15_485_863
-    order = np.lexsort((-states.rank[good], key))
+    added = states.added[:, low - states.low :].take(good, axis=0)
+    net, back = states.net[good], states.back[good]
+    rounded = np.rint((added - net[:, None]) / _SAME)
+    key = rounded @ mixing[: rounded.shape[1]] + (net * BACK + back) * 15_485_863.0  # exact, all are integers
+    order = key.argsort()
     key, edges = key[order], good[order]
     score = states.alpha[edges]
     new = np.empty(len(key), bool)

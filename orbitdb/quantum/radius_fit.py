@@ -16,8 +16,8 @@ from orbitdb.quantum.comparison import Comparison, Rates
 from orbitdb.quantum.judging import PATHS, Judgement, judge
 from orbitdb.quantum.level_paths import Beam, Posterior, backward, forward
 
-WIDEST = 0.005
-"""Largest relative change of the radius, if its error is not given."""
+WIDEST, _AT_LIMIT = 0.005, 0.98
+"""Largest relative change of the radius, if its error is not given, and the share that is at the limit."""
 _SIGMAS = 4.0
 """Largest change in units of the standard error, if it is given."""
 _STEP, _FINER = 0.2, 8
@@ -66,7 +66,7 @@ def fit(compared: Comparison, error: float | None) -> Fitted:
     mean = float(chance @ fine)
     spread = math.sqrt(float(chance @ (fine - mean) ** 2) + (step / _FINER) ** 2 / 12)
     best = float(fine[chance.argmax()])
-    at_limit = error is None and abs(best - 1) > WIDEST - step
+    at_limit = error is None and abs(best - 1) > _AT_LIMIT * WIDEST
     return Fitted(_averaged(compared, best, fine, chance), mean, spread, at_limit)
 
 
