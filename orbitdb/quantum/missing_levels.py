@@ -148,10 +148,9 @@ class Assessment(Drawn):
             said = f"none of {levels} is missing"
         if self.spurious:
             said += f"; {self.spurious} {'is' if self.spurious == 1 else 'are'} spurious or duplicate"
-        if not self.gaps:
-            said += f" (P {self.whole:.3g})"
         begins = f"the list begins with level {self.first} (P {self.first_probability:.3g}); "
-        return f"{begins if self.window else ''}{said} ({of}; {misfit})"
+        sure = "" if self.gaps else f"P {self.whole:.3g}; "
+        return f"{begins if self.window else ''}{said} ({sure}{of}; {misfit})"
 
 
 def assess(

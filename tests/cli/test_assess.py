@@ -39,7 +39,7 @@ def test_a_complete_list_passes_and_removed_levels_are_found(cli, own, exact, tm
     assert whole.code == 0
     of = f"{len(exact)} levels with k from 0 to {exact[-1]:.4g}"
     assert whole.err.startswith(f"none of {of} is missing (P 0.9")
-    assert "(a = 1.6, oo; misfit 0." in whole.err
+    assert "; a = 1.6, oo; misfit 0." in whole.err
     few = np.delete(exact, 9).tolist()
     found = cli("assess", written(tmp_path / "few.txt", few), "--parity", "oo", "--db", own, "--json")
     assert found.code == 1
