@@ -77,6 +77,10 @@ def _lost(rng: np.random.Generator, length: int, share: float) -> list[int]:
     return sorted(lost)
 
 
+CLAIMS = ("first > .99", "first < .99", "gap > .99", "gap < .99")
+"""The statements that are counted, by their probability."""
+
+
 @dataclass
 class Tally:
     """How many statements were right, of how many."""
@@ -117,9 +121,6 @@ class Tally:
         return [
             f"{self.first} of {self.windows}", f"{self.found} of {self.missing}", str(self.false), *claims,
         ]  # fmt: skip
-
-
-CLAIMS = ("first > .99", "first < .99", "gap > .99", "gap < .99")
 
 
 def matched(true: Floats, placed: Floats) -> int:
