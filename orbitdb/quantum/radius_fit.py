@@ -31,7 +31,7 @@ _LEAST, _LEAST_SHARE = 1e-4, 0.01
 
 
 class Fitted(NamedTuple):
-    """A judgement averaged over scales; the mean scale, its standard error, and whether it is at a limit."""
+    """A judgement averaged over scales; the best scale, its standard error, and whether it is at a limit."""
 
     judged: Judgement
     scale: float
@@ -63,11 +63,10 @@ def fit(compared: Comparison, error: float | None) -> Fitted:
     some = chance > _LEAST
     fine = (scales[some, None] + step * (np.arange(_FINER) / _FINER - 0.5 + 0.5 / _FINER)).ravel()
     chance = _chances(compared, fine, error, _BEAM)
-    mean = float(chance @ fine)
-    spread = math.sqrt(float(chance @ (fine - mean) ** 2) + (step / _FINER) ** 2 / 12)
     best = float(fine[chance.argmax()])
+    spread = math.sqrt(float(chance @ (fine - best) ** 2) + (step / _FINER) ** 2 / 12)
     at_limit = error is None and abs(best - 1) > _AT_LIMIT * WIDEST
-    return Fitted(_averaged(compared, best, fine, chance), mean, spread, at_limit)
+    return Fitted(_averaged(compared, best, fine, chance), best, spread, at_limit)
 
 
 def _chances(compared: Comparison, scales: Floats, error: float | None, beam: Beam) -> Floats:
