@@ -19,8 +19,8 @@ _CERTAIN = 0.9
 _TEMPER = 0.75
 """Power of the probabilities: those of the model are a little too certain."""
 _MOST, _MOST_MIXED = 0.999, 0.98
-"""Largest probability that is stated, because 300 paths tell no more; and for gaps in lists of all parities. In
-tests, the model was surer of 123 such gaps and right about 113."""
+"""Largest probability that is stated, because 300 paths tell no more; and for gaps in lists of all parities,
+because in tests the model was surer of 123 such gaps and right about 113."""
 _NEGLIGIBLE = 0.005
 _TRIED = 100
 """Number of paths whose missing levels are compared."""
