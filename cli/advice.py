@@ -1,11 +1,9 @@
 """Completes the commands that messages suggest with the --db and --a that the user gave."""
 
-import re
 from collections.abc import Sequence
 from itertools import pairwise
 
 _AT_ONE_A = ("fill", "sweep", "simulate", "levels", "bounds")
-_ADVISED = re.compile(r"'orbitdb ([a-z]+)( [^']*)?'")
 _given: dict[str, str] = {}
 
 
@@ -20,13 +18,15 @@ def remember(arguments: Sequence[str]) -> None:
 
 
 def completed(message: str) -> str:
-    """Add the remembered options to the commands that a message suggests."""
+    """Add the remembered options to the commands that a message suggests, each between single quotes."""
+    before, *suggested = message.split("'orbitdb ")
+    return "'orbitdb ".join([before, *map(_completed, suggested)])
 
-    def with_given(advised: re.Match[str]) -> str:
-        command, rest = advised[1], advised[2] or ""
-        missing = [option for option in _given if f"{option} " not in f"{rest} "]
-        if command not in _AT_ONE_A:
-            missing = [option for option in missing if option == "--db"]
-        return f"'orbitdb {command}{rest}{''.join(f' {option} {_given[option]}' for option in missing)}'"
 
-    return _ADVISED.sub(with_given, message)
+def _completed(suggested: str) -> str:
+    """Add the remembered options to a command that ends at the first quote."""
+    command, quote, after = suggested.partition("'")
+    name, *options = command.split()
+    allowed = ("--db", "--a") if name in _AT_ONE_A else ("--db",)
+    missing = [option for option in allowed if option in _given and option not in options]
+    return "".join([command, *(f" {option} {_given[option]}" for option in missing), quote, after])

@@ -15,8 +15,8 @@ from orbitdb.text import real
 
 if TYPE_CHECKING:
     from orbitdb.arrays import Floats
+    from orbitdb.catalogue import Catalogue
     from orbitdb.quantum.weyl import Parity
-    from orbitdb.store.connection import Moment
 
 Table: TypeAlias = "list[tuple[Parity | None, float]]"
 """For each level in a file, its parity (None if not given) and its value: k, an energy or a frequency."""
@@ -105,15 +105,14 @@ class GivenLevels:
         """Return the levels k of one parity or of all, in ascending order; None if no file is given."""
         return None if self.levels is None else self._of(self._table(self.levels), parity)
 
-    def by_parity(self, moment: "Moment", a: float) -> "dict[Parity, Floats]":
+    def by_parity(self, catalogue: "Catalogue", a: float) -> "dict[Parity, Floats]":
         """Return the levels of each parity, from the file or the catalogue."""
-        from orbitdb.answers.levels import levels_from_zero
         from orbitdb.billiard.stadium import Stadium
         from orbitdb.quantum.weyl import check_levels, parities_of
 
         named = parities_of(self.parity)
         if self.levels is None:
-            return {parity: levels_from_zero(moment, a, parity).k for parity in named}
+            return {parity: catalogue.levels(parity=parity, a=a).k for parity in named}
         table = self._table(self.levels)
         in_file = {parity for parity, _ in table}
         if in_file == {None} and len(named) > 1:

@@ -4,12 +4,12 @@ The commands are imported after the handlers for Ctrl-C are set, because importi
 a second.
 """
 
-import atexit
 import errno
 import gc
 import os
 import signal
 import sys
+import threading
 import time
 from contextlib import suppress
 from io import TextIOWrapper, UnsupportedOperation
@@ -64,15 +64,18 @@ def _end(number: int, frame: FrameType | None) -> None:
 
 
 def leave(code: int) -> NoReturn:
-    """End the process without the rest of Python's shutdown, which waits for threads that still work."""
+    """End the process with an exit code, undisturbed by further signals and by streams that nobody reads."""
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
-    if _signalled:
-        gc.collect()  # closes queries that a signal interrupted, so that SQLite can remove its journal
-    atexit._run_exitfuncs()
-    with suppress(OSError):
-        sys.stderr.flush()
-    os._exit(code)
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (OSError, ValueError):  # Python would try again at its end, and change the exit code
+            with suppress(OSError, ValueError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    if threading.active_count() > 1:  # Python would wait for threads of the screen that still read
+        os._exit(code)
+    sys.exit(code)
 
 
 def execute(arguments: list[str]) -> int:

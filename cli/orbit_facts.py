@@ -18,6 +18,7 @@ def facts(
     orbit: "Orbit", born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
 ) -> list[tuple[str, str]]:
     """Return the facts about a word, and the words born with it, as pairs of a name and a text."""
+    from orbitdb.orbits.status import EXISTING
     from orbitdb.symbols.pruning import RULES
     from orbitdb.symbols.words import run_notation
     from orbitdb.text import closed_form, exact
@@ -37,7 +38,9 @@ def facts(
             facts.append((name, number(name, value) if bound is None else with_bound(value, bound, sign)))
     if orbit.class_size is not None:
         words, least = several(orbit.class_size, "word"), code_text(orbit.representative)
-        reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
+        another = "orbit" if orbit.status in EXISTING else "word"
+        retraces = orbit.time_reversal == "self"
+        reversal = "retraces its path" if retraces else f"its reverse is another {another}"
         symmetry = "no symmetry" if orbit.symmetry == "1" else f"symmetry {orbit.symmetry}"
         facts += [("time_reversal", reversal), ("class", f"{words}, least {least}, {symmetry}")]
     return [*facts, ("stored", "yes" if orbit.stored else "no: solved on the spot")]
@@ -58,7 +61,7 @@ BOUNCE_COLUMNS = tuple(column.name for column in OF_BOUNCES)
 _BLOCK = 4_000
 """Words whose bounces are computed together."""
 
-BounceRow = tuple[int, int, float, float, float, float, float]
+BounceRow = tuple[int, int, float, float, float, float, float, float, float]
 
 
 def bounce_rows(a: float, words: Sequence[str], coordinates: Sequence[Any]) -> list[list[BounceRow]]:
@@ -70,6 +73,7 @@ def bounce_rows(a: float, words: Sequence[str], coordinates: Sequence[Any]) -> l
 
     from orbitdb.billiard.stability import birkhoff
     from orbitdb.billiard.stadium import Stadium
+    from orbitdb.symbols.plane import symbol_plane
     from orbitdb.symbols.words import from_strings
 
     stadium = Stadium(a)
@@ -82,7 +86,8 @@ def bounce_rows(a: float, words: Sequence[str], coordinates: Sequence[Any]) -> l
         symbols = from_strings([words[place] for place in places])
         of_words = np.array([coordinates[place] for place in places])
         x, y = np.moveaxis(stadium.points(symbols, of_words), -1, 0)
-        columns = (symbols, of_words, x, y, *birkhoff(stadium, symbols, of_words))
+        plane = np.moveaxis(symbol_plane(symbols), -1, 0)
+        columns = (symbols, of_words, x, y, *birkhoff(stadium, symbols, of_words), *plane)
         numbers = range(1, p + 1)
         for place, *rows in zip(places, *(column.tolist() for column in columns), strict=True):
             bounces[place] = list(zip(numbers, *rows, strict=True))

@@ -18,14 +18,16 @@ from typing import Any
 from orbitdb.columns import GROUPS, OF_ORBITS, Column
 
 _NAMES = "<!-- here: names -->"
+_NAME = re.compile(r"<!-- here: name (\w+) -->")
 _SHOWN = re.compile(r"^<!-- shows\n(.*?)^-->$", re.MULTILINE | re.DOTALL)
 """The output of a notebook cell, in a comment because Jupyter shows its own output."""
 _WRITTEN = re.compile(r"^<!-- here: (\w+) -->\n.*?^<!-- end -->$", re.MULTILINE | re.DOTALL)
 
 
 def fill_in(app: Any, page: str, source: list[str]) -> None:
-    """Replace the mark for the public names, and reveal the output of cells, when Sphinx reads a page."""
-    source[0] = _SHOWN.sub(r"\1", source[0].replace(_NAMES, names()))
+    """Replace the marks for public names, and reveal the output of cells, when Sphinx reads a page."""
+    text = _NAME.sub(lambda mark: _directive(mark[1]), source[0].replace(_NAMES, names()))
+    source[0] = _SHOWN.sub(r"\1", text)
 
 
 def renewed(text: str) -> str:
@@ -151,28 +153,67 @@ def checks() -> str:
     return "\n".join(["| check | what must be true |", "|---|---|", *rows])
 
 
-def names() -> str:
-    """Return a section for every public name, with the directive that makes autodoc document it."""
+_SUBJECTS = {
+    "The catalogue": ("catalogue", "store", "filling", "verification", "answers.completeness"),
+    "Orbits": ("billiard", "orbits"),
+    "Averages and entropy": ("averages", "entropy", "trajectories.ensemble"),
+    "Levels": ("quantum", "answers.scars"),
+    "In a magnetic field": ("magnetic", "answers.field"),
+    "Trajectories and the symbol plane": ("trajectories", "symbols", "answers.identification"),
+    "Results": ("answers", "extras"),
+    "Errors": ("errors",),
+}
+"""For each subject of the page on the API, the modules or packages whose public names belong to it."""
+
+_OWN_PAGES = {"Catalogue": "api-catalogue.md", "Orbit": "api-orbit.md", "Subset": "api-subset.md"}
+"""The large classes, each with its page."""
+
+
+def by_subject() -> dict[str, list[str]]:
+    """Return the public names of each subject; the longest name of a module or package decides."""
     import orbitdb
 
-    return "\n\n".join(_name(name, getattr(orbitdb, name)) for name in orbitdb.__all__ if name[0] != "_")
+    homes = {home: subject for subject, every in _SUBJECTS.items() for home in every}
+    found: dict[str, list[str]] = {subject: [] for subject in _SUBJECTS}
+    for name in orbitdb.__all__:
+        if name[0] != "_":
+            module = f"{getattr(orbitdb, name).__module__.removeprefix('orbitdb.')}."
+            found[homes[max((home for home in homes if module.startswith(f"{home}.")), key=len)]].append(name)
+    return found
+
+
+def names() -> str:
+    """Return a section for every subject, with the directives that make autodoc document its names."""
+    parts = []
+    for subject, members in by_subject().items():
+        parts.append(f"## {subject}")
+        for name in members:
+            page = _OWN_PAGES.get(name)
+            shown = _directive(name) if page is None else f"[`{name}`]({page}) has a page of its own."
+            parts += [f"### {name}", shown]
+    return "\n\n".join(parts)
 
 
 def public_names() -> str:
-    """Return a Markdown table of the public names, each with the first sentence of its docstring."""
+    """Return Markdown tables of the public names by subject, each with its docstring's first sentence."""
     import orbitdb
 
-    lines = ["| name | is |", "|---|---|"]
-    for name in orbitdb.__all__:
-        if name[0] != "_":
+    parts = []
+    for subject, members in by_subject().items():
+        lines = [f"**{subject}**", "", "| name | is |", "|---|---|"]
+        for name in members:
             first = inspect.cleandoc(getattr(orbitdb, name).__doc__).split("\n\n")[0]
-            sentence = re.split(r"(?<=\.) ", " ".join(first.split()))[0].rstrip(".")
-            lines.append(f"| `{name}` | {sentence} |".replace("``", "`"))
-    return "\n".join(lines)
+            sentence = re.split(r"(?<=\.) ", " ".join(first.split()))[0].rstrip(".").replace("``", "`")
+            page = _OWN_PAGES.get(name)
+            lines.append(f"| {f'`{name}`' if page is None else f'[`{name}`]({page})'} | {sentence} |")
+        parts.append("\n".join(lines))
+    return "\n\n".join(parts)
 
 
-def _name(name: str, thing: Any) -> str:
-    path = f"orbitdb.{name}"
+def _directive(name: str) -> str:
+    import orbitdb
+
+    path, thing = f"orbitdb.{name}", getattr(orbitdb, name)
     if not inspect.isclass(thing):
         lines = [f".. autofunction:: {path}"]
     elif issubclass(thing, Exception):
@@ -184,32 +225,35 @@ def _name(name: str, thing: Any) -> str:
         lines += ["   :inherited-members:"] if len(ours) > 1 else []
         lines += ["   :undoc-members:"] if issubclass(thing, Enum) else []
         lines += [f"   :special-members: {', '.join(special)}"] if special else []
-    return "\n".join([f"## {name}", "", "```{eval-rst}", *lines, "```"])
+    return "\n".join(["```{eval-rst}", *lines, "```"])
 
 
 def keys() -> str:
-    """Return a Markdown table of the keys of the terminal UI, with the words of its help."""
+    """Return a Markdown table of the keys of the terminal UI by purpose, with the words of its help."""
     from textual.keys import format_key
 
     from orbitdb.cli.tui.app import BrowseApp
-    from orbitdb.cli.tui.counts_screen import CountsScreen
+    from orbitdb.cli.tui.counts_screen import CountsList, CountsScreen
+    from orbitdb.cli.tui.help import PURPOSES
     from orbitdb.cli.tui.main_screen import MainScreen
     from orbitdb.cli.tui.panels.paged_table import PagedTable
     from orbitdb.cli.tui.screens import ScrollBox
     from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 
-    lines = ["| | key | does |", "|---|---|---|"]
-    parts: list[Any] = [PagedTable, MainScreen, BrowseApp, CountsScreen, StatisticsScreen, ScrollBox]
+    groups: dict[str, list[Any]] = {purpose: [] for purpose in (*PURPOSES, "counts", "averages")}
+    own = {CountsScreen: "counts", CountsList: "counts", StatisticsScreen: "averages"}
+    parts: list[Any] = [PagedTable, ScrollBox, MainScreen, BrowseApp, *own]
     for part in parts:
-        group = part.BINDING_GROUP_TITLE
         for each in part.BINDINGS:
             if not each.system:
-                names = [each.key_display] if each.key_display else map(format_key, each.key.split(","))
-                shown = " ".join(f"`{name}`" for name in names)
-                lines.append(
-                    f"| {group} | {shown} | {_plain(f'{each.description} {each.tooltip}'.strip())} |"
-                )
-                group = ""
+                groups[own.get(part, each.id)].append(each)
+    lines = ["| | key | does |", "|---|---|---|"]
+    for group, bindings in groups.items():
+        for place, each in enumerate(bindings):
+            names = [each.key_display] if each.key_display else map(format_key, each.key.split(","))
+            shown = " ".join(f"`{name}`" for name in names)
+            does = _plain(f"{each.description} {each.tooltip}".strip())
+            lines.append(f"| {'' if place else group} | {shown} | {does} |")
     return "\n".join(lines)
 
 

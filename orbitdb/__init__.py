@@ -2,17 +2,19 @@
 
 The catalogue
     `Catalogue` is a database file to fill, query and check; a `Selection` describes a subset of it. Its
-    methods return a `Subset` (rows as arrays), `OrbitClasses` (one row per class), a `Result` (a table by
-    period), `Births` (a list of `Life`), `EntropyBounds`, a `Reference`, `Levels`, a `Spectrum`, an
-    `Assessment`, a `Verification`, `Contents`, `Counted`, or `Rows` (a list) of `Fill`, `Sweep`,
-    `BirthFill` or `Scar`. A `Trajectory` has the orbits that it shadows as `Followed`, and each orbit
-    with a given length is a `Candidate`.
+    methods return a `Subset` (rows as arrays), a `Listing` (rows one by one), `OrbitClasses` (one row per
+    class), a `Result` (a table by period), `Births` (a list of `Life`), `EntropyBounds`, a `Reference`,
+    `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, a `SqlResult`, `Info`, `Contents`, a
+    `Dataset`, `Counted`, `Need` (an estimate), a `Migration`, or `Rows` (a list) of `Fill`, `Sweep`,
+    `BirthFill` or `Scar`. `FieldOrbits` are words in a magnetic field. A `Trajectory` has the orbits that
+    it shadows as `Followed`, and `Candidates` are a list of `Candidate`, orbits with a given length.
 Orbits
     `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
     a in which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
 Trajectories
     `trajectory` follows any trajectory, as `Bounces`; `simulate` averages over random ones, as a
-    `Reference`.
+    `Reference`. A `PruningFront` is the border of the orbits in the plane of `symbol_plane`, with a `Front`
+    each for walls and semicircles.
 Quantum levels
     `levels` computes all levels of a stadium in a range of k, and `waves` the `Wave` of each level.
 Errors
@@ -34,14 +36,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # isort: off
+    from orbitdb.averages.simulation import simulate as simulate
     from orbitdb.billiard.stadium import Stadium as Stadium
     from orbitdb.catalogue import Catalogue as Catalogue
     from orbitdb.answers.identification import (
         Candidate as Candidate,
+        Candidates as Candidates,
         Followed as Followed,
         Trajectory as Trajectory,
     )
     from orbitdb.answers.completeness import Counted as Counted
+    from orbitdb.answers.dataset import Dataset as Dataset
+    from orbitdb.answers.info import Info as Info
+    from orbitdb.answers.sql_result import SqlResult as SqlResult
+    from orbitdb.filling.estimate import Need as Need
+    from orbitdb.store.file import Migration as Migration
+    from orbitdb.answers.listing import Listing as Listing
+    from orbitdb.answers.field import FieldOrbits as FieldOrbits
     from orbitdb.answers.results import Births as Births, Result as Result
     from orbitdb.answers.scars import Scar as Scar
     from orbitdb.answers.subset import Subset as Subset
@@ -57,9 +68,12 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.quantum.length_spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
     from orbitdb.store.selection import Selection as Selection
-    from orbitdb.store.fills import Contents as Contents, Fill as Fill, Sweep as Sweep
+    from orbitdb.store.contents import Contents as Contents
+    from orbitdb.store.fills import Fill as Fill, Sweep as Sweep
     from orbitdb.store.lives import BirthFill as BirthFill, Life as Life
-    from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
+    from orbitdb.symbols.plane import symbol_plane as symbol_plane
+    from orbitdb.trajectories.ensemble import Reference as Reference
+    from orbitdb.trajectories.pruning_front import Front as Front, PruningFront as PruningFront
     from orbitdb.trajectories.trajectory import Bounces as Bounces, trajectory as trajectory
     from orbitdb.verification.verify import Verification as Verification
     # isort: on
@@ -70,10 +84,18 @@ if find_spec("orbitdb.cli") is None:  # in the source folder, two packages lie b
     __path__.append(str(Path(__file__).parent.parent))
 
 _HOMES = {
+    "averages.simulation": ("simulate",),
     "billiard.stadium": ("Stadium",),
     "catalogue": ("Catalogue",),
-    "answers.identification": ("Candidate", "Followed", "Trajectory"),
+    "answers.identification": ("Candidate", "Candidates", "Followed", "Trajectory"),
     "answers.completeness": ("Counted",),
+    "answers.dataset": ("Dataset",),
+    "answers.info": ("Info",),
+    "answers.sql_result": ("SqlResult",),
+    "filling.estimate": ("Need",),
+    "store.file": ("Migration",),
+    "answers.listing": ("Listing",),
+    "answers.field": ("FieldOrbits",),
     "answers.results": ("Births", "Result"),
     "answers.scars": ("Scar",),
     "answers.subset": ("Subset",),
@@ -89,9 +111,12 @@ _HOMES = {
     "quantum.length_spectrum": ("Spectrum",),
     "quantum.waves": ("Wave", "waves"),
     "store.selection": ("Selection",),
-    "store.fills": ("Contents", "Fill", "Sweep"),
+    "store.contents": ("Contents",),
+    "store.fills": ("Fill", "Sweep"),
     "store.lives": ("BirthFill", "Life"),
-    "trajectories.ensemble": ("Reference", "simulate"),
+    "symbols.plane": ("symbol_plane",),
+    "trajectories.ensemble": ("Reference",),
+    "trajectories.pruning_front": ("Front", "PruningFront"),
     "trajectories.trajectory": ("Bounces", "trajectory"),
     "verification.verify": ("Verification",),
 }

@@ -1,7 +1,7 @@
-"""The registry of columns: the meaning and the source of every number and text in rows, files and JSON.
+"""The registry of columns: the meaning of every number and text in rows, files and JSON.
 
-Views, queries, filters, sorting, formats, the screen and the documentation are built from it. A new column of
-the catalogue is one entry with its SQL, and a property of `Orbit` and `Subset`.
+Queries, filters, sorting, formats, the screen and the documentation are built from it. What a column of the
+catalogue is, stands in `orbitdb.store.views`.
 """
 
 from collections.abc import Sequence
@@ -29,11 +29,6 @@ class Column:
         The column that bounds its error, or ``exact``, ``proved`` or ``itself``; empty if none does.
     empty : str
         When the column has no value.
-    sql : str
-        For a column of the catalogue: SQL for its value in a row of the tables that the view ``class``
-        or, if `single`, the view ``catalogue`` joins.
-    single : bool
-        Whether its value can differ between the words of a symmetry class.
     written : bool
         Whether it is written if you name no columns.
     """
@@ -44,8 +39,6 @@ class Column:
     unit: str = ""
     bound: str = ""
     empty: str = "never"
-    sql: str = ""
-    single: bool = False
     written: bool = True
 
     @property
@@ -60,111 +53,105 @@ UNKNOWN = "no orbit; relaxation"
 PLACE = "radius, rad"
 """Reasons why a column is empty, and the unit of a coordinate."""
 
-_CODE = "substr(cycle.words, 1 + cycle.p * element.n, cycle.p)"
-_HALF = """CASE WHEN ',' || cycle.symmetry || ',' LIKE '%,x,%' THEN 'x'
-            WHEN ',' || cycle.symmetry || ',' LIKE '%,y,%' THEN 'y'
-            WHEN ',' || cycle.symmetry || ',' LIKE '%,xy,%' THEN 'xy' END"""
-_LAMBDA_C = "orbit.lyapunov / orbit.length"
-_END = "(SELECT {value} FROM change WHERE change.cycle = orbit.cycle AND change.number = {number})"
-
 OF_WORDS = [
     Column("code", "text",
            "the cyclic word, written as its least rotation; 'query --code' shows it in the rotation that you "
-           "gave", sql=_CODE, single=True),
-    Column("p", "integer", "period, the number of bounces", sql="cycle.p"),
+           "gave"),
+    Column("p", "integer", "period, the number of bounces"),
     Column("representative", "text",
            "least word of the symmetry class; the least rotation of all images under the eight symmetries",
-           empty=PRUNED, sql="cycle.word"),
+           empty=PRUNED),
     Column("class_size", "integer", "number of different cyclic words in the class; 1, 2, 4 or 8",
-           empty=PRUNED, sql="cycle.class_size"),
+           empty=PRUNED),
     Column("symmetry", "text",
            "symmetries that map the cyclic word to itself; some of 'x', 'y', 'xy', 'T', 'xT', 'yT', 'xyT', "
            "separated by commas, or '1' for none. 'x' swaps left and right, 'y' swaps up and down, 'T' "
-           "reverses time", empty=PRUNED, sql="cycle.symmetry"),
+           "reverses time", empty=PRUNED),
     Column("time_reversal", "text",
            "'self' if the orbit retraces its path, otherwise 'pair'; the reverse is then another word, which "
-           "is also counted", empty=PRUNED, sql="cycle.time_reversal"),
+           "is also counted", empty=PRUNED),
     Column("born", "number",
            "smallest a at which the word becomes an orbit; the view 'life' has all births with their errors",
            "radius", "born_error in life",
-           "an orbit from a = 0 on; no births stored; geometrically pruned",
-           sql=_END.format(value="nullif(change.a, 0.0)", number=1), written=False),
+           "an orbit from a = 0 on; no births stored; geometrically pruned", written=False),
     Column("dies", "number",
            "smallest a at which the word ceases to be an orbit", "radius", "dies_error in life",
-           "never dies; no births stored; geometrically pruned",
-           sql=_END.format(value="change.a", number=2), written=False),
+           "never dies; no births stored; geometrically pruned", written=False),
     Column("walls", "integer",
            "number of bounces on the straight walls; if it is odd, the eigenvalues of the monodromy matrix "
-           "are negative", empty=PRUNED, sql="cycle.walls"),
+           "are negative", empty=PRUNED),
     Column("maslov", "integer",
            "Maslov index of one traversal, 3p - walls; each bounce adds 2, because waves vanish on the "
-           "boundary, and each bounce on a semicircle 1 more, for the focus after it", empty=PRUNED,
-           sql="3 * cycle.p - cycle.walls"),
+           "boundary, and each bounce on a semicircle 1 more, for the focus after it", empty=PRUNED),
     Column("half", "text",
            "symmetry that makes the second half of the orbit the image of the first; 'x', 'y' or 'xy'. In "
            "the quarter stadium, such an orbit closes after half of its length",
-           empty="no such symmetry; geometrically pruned", sql=_HALF),
+           empty="no such symmetry; geometrically pruned"),
+    Column("quarter_maslov", "integer",
+           "Maslov index of one traversal in the quarter stadium x, y >= 0; maslov/2 if the column half has "
+           "a value, otherwise maslov. Bounces on the axes do not count: they give the sign of the parity",
+           empty=PRUNED),
     Column("rules", "integers",
            "numbers of the geometric rules that the word breaks; comma-separated text in SQL, a list in JSON "
-           "and in files", empty="unless geometrically pruned", sql="NULL", single=True),
-    Column("cycle", "integer", "id of the class in this file", empty=PRUNED,
-           sql="orbit.cycle", written=False),
+           "and in files", empty="unless geometrically pruned"),
+    Column("cycle", "integer", "id of the class in this file", empty=PRUNED, written=False),
     Column("element", "integer",
            "symmetry that maps the representative to the word; 1 for x, 2 for y, 4 for T, and sums of these "
-           "for products", empty=PRUNED, sql="element.element", single=True, written=False),
+           "for products", empty=PRUNED, written=False),
 ]  # fmt: skip
 """Columns of a word that do not depend on a."""
 
 OF_ORBITS = [
-    Column("a", "number", "half the length of a straight wall", "radius", "exact", sql="stadium.a"),
+    Column("a", "number", "half the length of a straight wall", "radius", "exact"),
     Column("status", "text",
            "status of the word; 'orbit', 'dynamical', 'geometric', 'boundary' or 'unresolved'",
-           bound="proved", sql="orbit.status"),
-    Column("length", "number", "length of one traversal, L", "radius", "length_error", NO_ORBIT,
-           sql="orbit.length"),
+           bound="proved"),
+    Column("length", "number", "length of one traversal, L", "radius", "length_error", NO_ORBIT),
     Column("quarter_length", "number",
            "length of one traversal in the quarter stadium x, y >= 0; L/2 if the column half has a value, "
-           "otherwise L", "radius", "length_error", NO_ORBIT,
-           sql=f"orbit.length / iif({_HALF} IS NULL, 1, 2)"),
+           "otherwise L", "radius", "length_error", NO_ORBIT),
+    Column("quarter_lyapunov", "number",
+           "lambda of one traversal in the quarter stadium x, y >= 0; lyapunov/2 if the column half has a "
+           "value, otherwise lyapunov", "1", "lyapunov_error", NO_ORBIT),
     Column("lyapunov", "number",
            "lambda of one traversal; ln of the largest modulus of an eigenvalue of the monodromy matrix",
-           "1", "lyapunov_error", NO_ORBIT, sql="orbit.lyapunov"),
+           "1", "lyapunov_error", NO_ORBIT),
     Column("lambda_d", "number",
            "lambda per bounce, lambda/p; its error bound is lyapunov_error divided by p", "1",
-           "lyapunov_error", NO_ORBIT, sql="orbit.lyapunov / cycle.p"),
-    Column("lambda_c", "number", "lambda per unit length, lambda/L", "1/radius", "lambda_c_error", NO_ORBIT,
-           sql=_LAMBDA_C),
+           "lyapunov_error", NO_ORBIT),
+    Column("lambda_c", "number", "lambda per unit length, lambda/L", "1/radius", "lambda_c_error", NO_ORBIT),
     Column("margin", "number",
            "smallest distance of a bounce from the end of its wall or semicircle; 0 at a joint, negative if "
-           "a bounce lies beyond the end", PLACE, "", PRUNED, sql="orbit.margin"),
+           "a bounce lies beyond the end. That of a dynamically pruned word belongs to its closed path, or, "
+           "if that path has a leg that the stadium does not allow, to the longest path without one",
+           PLACE, "", PRUNED),
     Column("residual", "number",
            "largest violation of the law of reflection; the difference between the cosines of the two angles "
-           "at a bounce, from the stored coordinates", "1", "", NO_ORBIT, sql="orbit.residual"),
-    Column("error", "number", "bound on the error of every coordinate", PLACE, "itself", UNKNOWN,
-           sql="orbit.error"),
-    Column("length_error", "number", "bound on the error of length", "radius", "itself", UNKNOWN,
-           sql="orbit.length_error"),
-    Column("lyapunov_error", "number", "bound on the error of lyapunov", "1", "itself", UNKNOWN,
-           sql="orbit.lyapunov_error"),
-    Column("lambda_c_error", "number", "bound on the error of lambda_c", "1/radius", "itself", UNKNOWN,
-           sql="1.000001 * ((orbit.lyapunov_error + (" + _LAMBDA_C + ") * orbit.length_error)"
-               " / (orbit.length - orbit.length_error) + 1.2e-16 * (" + _LAMBDA_C + "))"),
+           "at a bounce, from the stored coordinates", "1", "", NO_ORBIT),
+    Column("error", "number", "bound on the error of every coordinate", PLACE, "itself", UNKNOWN),
+    Column("length_error", "number", "bound on the error of length", "radius", "itself", UNKNOWN),
+    Column("lyapunov_error", "number", "bound on the error of lyapunov", "1", "itself", UNKNOWN),
+    Column("lambda_c_error", "number", "bound on the error of lambda_c", "1/radius", "itself", UNKNOWN),
     Column("area", "number",
            "area that one traversal encloses; anticlockwise is positive. A weak magnetic field gives the "
-           "orbit a phase proportional to it", "radius^2", "area_error", NO_ORBIT,
-           sql="iif(element.element IN (1, 2, 4, 7), 0.0 - orbit.area, orbit.area)", single=True),
-    Column("area_error", "number", "bound on the error of area", "radius^2", "itself", UNKNOWN,
-           sql="orbit.area_error"),
-    Column("iterations", "integer", "number of steps that the solver took", "1", "", PRUNED,
-           sql="orbit.iterations", written=False),
+           "orbit a phase proportional to it", "radius^2", "area_error", NO_ORBIT),
+    Column("area_error", "number", "bound on the error of area", "radius^2", "itself", UNKNOWN),
+    Column("iterations", "integer", "number of steps that the solver took", "1", "", PRUNED, written=False),
     Column("solver", "text",
-           "'newton' or 'relaxation'; the paper's relaxation computes no error bounds", empty=PRUNED,
-           sql="orbit.solver"),
+           "'newton' or 'relaxation'; the paper's relaxation computes no error bounds", empty=PRUNED),
 ]  # fmt: skip
 """Columns of a word at one value of a; all words of a class share their values, but for the sign of area."""
 
 IN_CATALOGUE = [*OF_WORDS, *OF_ORBITS]
 """The columns of the view ``catalogue``."""
+
+COMPUTED = [
+    Column("area_slope", "number",
+           "derivative of the enclosed area in the curvature kappa of the path, at kappa = 0; in a weak "
+           "magnetic field, the action is S = L - kappa area - kappa^2 area_slope / 2. It is computed when "
+           "rows are read, so --where and --order cannot use it", "radius^3", "", NO_ORBIT),
+]  # fmt: skip
+"""Further columns of an orbit, which are computed when they are asked for; the view does not have them."""
 
 WRITTEN = [
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
@@ -172,7 +159,7 @@ WRITTEN = [
     "length_error", "lyapunov_error", "symmetry", "solver",
 ]  # fmt: skip
 """Columns written by default, in this order; other programs may rely on these names as JSON keys."""
-WRITTEN += [each.name for each in IN_CATALOGUE if each.written and each.name not in WRITTEN]
+WRITTEN += [each.name for each in (*IN_CATALOGUE, *COMPUTED) if each.written and each.name not in WRITTEN]
 
 # columns of answers that are not rows of the catalogue
 
@@ -191,6 +178,11 @@ OF_BOUNCES = [
     Column("sine", "number",
            "sine of the angle between the outgoing path and the normal; positive if the path leads "
            "anticlockwise along the boundary", "1"),
+    Column("gamma", "number",
+           "future of the bounce as a number from 0 to 1; bounces whose gamma is close have the same future "
+           "for a while, and those with a given block of symbols next fill an interval", "1"),
+    Column("delta", "number",
+           "past of the bounce as a number from 0 to 1; it is gamma of the reversed path", "1"),
 ]  # fmt: skip
 """Columns of a bounce; their error bounds do not include the rounding of the last digit."""
 
@@ -314,6 +306,21 @@ OF_COUNTS = [
 ]  # fmt: skip
 """Columns of `table`, which describe a period as in the paper's Table 1."""
 
+OF_FIELD = [
+    Column("kappa", "number",
+           "curvature of the path in a magnetic field, 1 / (cyclotron radius); positive if it turns left",
+           "1/radius", "exact"),
+    Column("action", "number",
+           "action of one traversal in the field, S = L - kappa A; A is the enclosed area, anticlockwise "
+           "positive", "radius", "", NO_ORBIT),
+    Column("trace", "number", "trace of the monodromy matrix of one traversal", "1", "", NO_ORBIT),
+    Column("splitting", "number",
+           "action of the reverse minus that of the word, in the same field; 2 kappa A to first order",
+           "radius", "", "the word or its reverse is no orbit"),
+    Column("elliptic", "integer", "number of orbits that are stable, |tr M| < 2; they are among N_c"),
+]  # fmt: skip
+"""Further columns of `field`, which computes everything in doubles, without error bounds."""
+
 OF_LIVES = [
     Column("word", "text", "representative of the symmetry class"),
     Column("born", "number", "value of a at which the class becomes an orbit as a grows", "radius",
@@ -327,7 +334,10 @@ OF_LIVES = [
 
 OF_BOUNDS = [
     Column(
-        "window", "integer", "length of the longest windows examined, in edges; windows are pieces of a path"
+        "window",
+        "integer",
+        "number of edges of the longest windows examined; a window is a piece of a path, and an edge leads "
+        "from one bounce to the next",
     ),
     Column("lower", "number", "proved lower bound on the topological entropy per bounce", "1", "proved"),
     Column("upper", "number", "proved upper bound on the topological entropy per bounce", "1", "proved"),
@@ -353,6 +363,7 @@ OF_ENSEMBLES = [
 GROUPS = (
     ("word", OF_WORDS),
     ("orbit", OF_ORBITS),
+    ("computed", COMPUTED),
     ("bounce", OF_BOUNCES),
     ("answer", OF_ANSWERS),
     ("trajectory", OF_TRAJECTORIES),
@@ -361,6 +372,7 @@ GROUPS = (
     ("statistics", OF_STATISTICS),
     ("spectrum", OF_SPECTRA),
     ("table", OF_COUNTS),
+    ("field", OF_FIELD),
     ("life", OF_LIVES),
     ("entropy", OF_BOUNDS),
     ("simulation", OF_ENSEMBLES),

@@ -110,9 +110,10 @@ def between(lower: float, name: str, upper: float) -> str:
     return f"{outward(lower, ROUND_FLOOR)} < {name} < {outward(upper, ROUND_CEILING)}"
 
 
-def outward(value: float, rounding: str) -> str:
-    """Format a proved bound with eight decimals, rounded in the given direction."""
-    return f"{Decimal(value).quantize(Decimal('1e-8'), rounding):f}"
+def outward(value: float, rounding: str, places: int = 8) -> str:
+    """Format a proved bound with some decimals, rounded in the given direction."""
+    own = Context(prec=400)  # whatever precision this program's caller has set
+    return f"{Decimal(value).quantize(Decimal((0, (1,), -places)), rounding, own):f}"
 
 
 def upwards(bound: float, more: float = 0.0) -> str:

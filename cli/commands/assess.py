@@ -10,7 +10,7 @@ from orbitdb.cli.given_levels import OF_FILE, MeasuredLevels
 from orbitdb.cli.options import Choice
 from orbitdb.cli.output import Format, Output, note, progress
 from orbitdb.cli.reading import reading
-from orbitdb.text import exact, with_error
+from orbitdb.text import with_error
 
 if TYPE_CHECKING:
     from orbitdb.quantum.doubtful_ranges import Gap
@@ -66,13 +66,19 @@ def assess(
         options.refuse_idle(context, "with --statistics", "fit_radius", "window", "numbers", "noise")
         _show_statistics(given, a, output, db)
         return
-    from orbitdb.answers.levels import assess_levels
-
     parity, error = given.of_one(), given.radius_error
     fitted = fit_radius or error is not None
     read = given.read(parity)
-    with progress("summing orbits"), reading(db, a, Choice()) as (moment, (chosen,)):
-        assessment, notes = assess_levels(moment, chosen.a, read, parity, fitted, window, error, noise)
+    with progress("summing orbits"), reading(db, a, Choice()) as (catalogue, (chosen,)):
+        assessment = catalogue.assess(
+            read,
+            parity=parity,
+            window=window,
+            fit_radius=fitted,
+            radius_error=error,
+            noise=noise,
+            a=chosen.a,
+        )
     if numbers:
         output.write(NUMBERS, assessment.numbers())
     else:
@@ -82,7 +88,7 @@ def assess(
         unit = given.radius.metres if given.radius else 1.0
         scaled = with_error(assessment.scale * unit, assessment.scale_error * unit)
         note(f"radius {scaled} {'m' if given.radius else 'times the one you used'}; the k above use it")
-    for line in [*notes, assessment.verdict()]:
+    for line in [*assessment.notes, assessment.verdict()]:
         note(line)
     if assessment.gaps or not assessment.fits:
         raise typer.Exit(1)
@@ -95,16 +101,9 @@ def _row(gap: "Gap") -> list[Any]:
 
 def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output, db: Path) -> None:
     """Show the statistics of the levels of each parity, and of random matrices and random numbers."""
-    from orbitdb.answers.levels import notes_on_missing_levels
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.quantum.level_statistics import Statistics, expected, statistics
-
-    rows, notes = [], []
-    with reading(db, asked, Choice()) as (moment, (chosen,)):
-        for parity, k in given.by_parity(moment, chosen.a).items():
-            rows += [statistics(k, Stadium(chosen.a), parity, balls) for balls in (False, True)]
-            notes.append(f"{parity}: {len(k)} levels at a = {exact(chosen.a)}, k below {k[-1]:.4g}")
-            notes += notes_on_missing_levels(moment, chosen.a, k, parity)
-    output.write(Statistics._fields, [*rows, *expected()])
-    for line in notes:
+    with reading(db, asked, Choice()) as (catalogue, (chosen,)):
+        levels = given.by_parity(catalogue, chosen.a)
+        found = catalogue.level_statistics(levels, a=chosen.a)
+    output.write([*found.columns], found.rows())
+    for line in found.notes:
         note(line)

@@ -1,7 +1,6 @@
 """``orbitdb bench``: run time against error, and hard cases."""
 
-import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -11,19 +10,13 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.output import Output, note, progress
 from orbitdb.extras import load
+from orbitdb.plots.registry import load_function
 from orbitdb.text import exact
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from orbitdb.benchmarks.work_precision import WorkPrecision
     from orbitdb.billiard.stadium import Stadium
 
 EXAMPLES = ("bench", "bench --p 9 --plot work-precision.svg", "bench --kind stress --json")
-_LEAST_SHOWN = 1e-20
-"""Smaller errors, which only ball arithmetic has, are beyond the left edge of the diagram."""
-
-_DOUBLE = 2.0**-53
 
 
 def bench(
@@ -76,36 +69,8 @@ def _compare(p: int, stadium: "Stadium", output: Output, picture: Path | None) -
         note(f"{title}: times are in seconds, errors of length and lambda are relative")
         return
     with complete(picture) as draft:
-        style.save(draw_work_precision(rows, title), draft, ending, title)
+        style.save(load_function("work_precision.work_precision")(rows, title), draft, ending, title)
     note(f"{title}, in {picture}")
-
-
-def draw_work_precision(rows: "Sequence[WorkPrecision]", title: str) -> "Figure":
-    """Draw, for each method, the run time per word against the largest error of a coordinate."""
-    from orbitdb.plots.style import BLUE, GREEN, INK, ORANGE, PURPLE, figure
-
-    of_methods = {
-        "newton": ("o-", BLUE, "Newton on leg directions"),
-        "balls": ("D-", GREEN, "ball arithmetic (proved radius)"),
-        "root": ("^--", PURPLE, "scipy.optimize.root"),
-        "relaxation": ("s:", ORANGE, "relaxation (Biham and Kvale)"),
-    }
-    with figure(6, 5) as made:
-        ax = made.subplots()
-        for method, (line, colour, label) in of_methods.items():
-            mine = [row for row in rows if row.method == method]
-            errors = [row.coordinates_max for row in mine]
-            times = [row.seconds_per_sequence for row in mine]
-            if method == "balls" and min(errors, default=1.0) < _LEAST_SHOWN:
-                label += f", down to $10^{{{math.floor(math.log10(min(errors)))}}}$"
-            ax.loglog(errors, times, line, color=colour, markersize=5, label=label)
-        ax.set_xlim(left=max(ax.get_xlim()[0], _LEAST_SHOWN))
-        ax.axvline(_DOUBLE, color=INK, linewidth=0.8, linestyle="--")
-        ax.annotate("double", (_DOUBLE, 0), xycoords=("data", "axes fraction"), xytext=(-3, 4), ha="right",
-                    textcoords="offset points", color=INK, fontsize=8)  # fmt: skip
-        ax.set(xlabel="largest error of a coordinate (units of $R$, rad)", ylabel="run time per word (s)")
-        ax.set_title(f"run time against error, {title}")
-    return made
 
 
 def _write(output: Output, kind: Any, rows: Iterable[Any]) -> list[Any]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import closing
+from functools import partial
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -16,6 +17,7 @@ from orbitdb.cli.reading import bring
 from orbitdb.errors import StoreError
 
 if TYPE_CHECKING:
+    from orbitdb.catalogue import Catalogue
     from orbitdb.entropy.bounds import EntropyBounds
     from orbitdb.entropy.proof import Proof
 
@@ -25,6 +27,7 @@ EXAMPLES = (
     "bounds --a 0.5 --width 0.01",
     "bounds --a 3 --time 30 --json",
     "bounds --window 12 --prove",
+    "bounds --a 0.5 --a 1 --window 12",
     "bounds --a 0.3:10:40 --window 12",
 )
 COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided", "proof")
@@ -34,15 +37,16 @@ _WHY = "the time, the window length or the memory was not enough"
 def bounds(
     *,
     context: typer.Context,
-    a: Annotated[
-        HalfLengths,
+    asked: Annotated[
+        list[HalfLengths] | None,
         typer.Option(
             "--a",
             metavar="NUMBER|FROM:TO:COUNT",
             parser=options.read_half_lengths,
-            help="Half length of the straight walls, or a logarithmic grid of values.",
+            help=f"Half length of the straight walls, or a logarithmic grid of values; repeatable "
+            f"[default: {USUAL_A}].",
         ),
-    ] = HalfLengths([USUAL_A]),  # noqa: B008, immutable
+    ] = None,
     window: Annotated[
         int | None,
         options.count_option(
@@ -69,27 +73,32 @@ def bounds(
 ) -> None:
     """Prove bounds on the topological entropy per bounce; no orbits are needed.
 
-    A window is a stretch of a code that is decided for all its continuations at once. Each row is for one
-    window length. windows is the number of windows examined so far, where mirror images and reversals count
-    once, and undecided is the number of windows of this length that could not be decided. All numbers are
-    rounded outward. The search ends as soon as it reaches --window, --width or --time. For a grid, you see
-    the last row of each a, and --time applies to each a. If there is a catalogue, the bounds are saved in it,
-    and 'orbitdb entropy' shows them.
+    A window is a piece of a path, whatever the path does before and after. Its length is counted in edges,
+    from one bounce to the next. Each row is for one window length. windows is the number of windows examined
+    so far, where mirror images and reversals count once, and undecided is the number of windows of this
+    length that could not be decided. All numbers are rounded outward. The search ends as soon as it reaches
+    --window, --width or --time. For several a, you see the last row of each a, and --time applies to each a.
+    If there is a catalogue, the bounds are saved in it, and 'orbitdb entropy' shows them.
     """
-    from orbitdb.filling.records import find_bounds, limits_of
+    from orbitdb.catalogue import Catalogue
 
-    limits = limits_of(window, width, seconds)
+    a = options.named(asked) or (USUAL_A,)
     if len(a) == 1:
         options.refuse_idle(context, "at a single a", "jobs")
-    asked = {"a": list(a), "window": limits[0], "width": width, "time": seconds, "prove": prove}
     levels: list[EntropyBounds] = []
     proofs: list[Proof] | None = [] if prove else None
-    kept, why_not = _kept(db, store)
+    catalogue = Catalogue(db, missing_ok=True)
+    search = partial(
+        catalogue.search_bounds, window, width=width, seconds=seconds, proofs=proofs, jobs=jobs, a=a
+    )
+    search(store=False)  # wrong limits must leave no file
+    why_not = _why_not_kept(catalogue, db, store)
     try:
-        with progress("windows") as shown:
-            steps = find_bounds(kept, a, limits, proofs, jobs, shown, asked)
-            with closing(steps):
-                levels.extend(steps)  # one by one, so that after Ctrl-C the earlier ones are still shown
+        with (
+            progress("windows") as shown,
+            closing(search(store=why_not is None, progress=shown)) as steps,
+        ):
+            levels.extend(steps)  # one by one, so that after Ctrl-C the earlier ones are still shown
     finally:
         last = list({level.a: level for level in levels}.values())
         names = COLUMNS[:-1] if output.table else COLUMNS  # in a table, a note says how they are proved
@@ -113,22 +122,17 @@ def balls_of(proofs: "Sequence[Proof]") -> str:
     )
 
 
-def _kept(db: Path, store: bool | None) -> tuple[Path | None, str]:
-    """Return the catalogue to save bounds in, made or updated with --store; or else None and the reason."""
-    from orbitdb.filling.records import check_writable
-    from orbitdb.store.file import check_file
-    from orbitdb.store.schema import SCHEMA_VERSION
-
+def _why_not_kept(catalogue: "Catalogue", db: Path, store: bool | None) -> str | None:
+    """Make or update the catalogue if bounds are to be saved in it; otherwise, return the reason, or ''."""
     if store is False:
-        return None, ""
-    if store is None and (version := check_file(db)) != SCHEMA_VERSION:
-        older = f"{db} has the older schema {version}; --store, or 'orbitdb migrate', updates it"
-        return None, f"there is no catalogue at {db}; --store creates one" if version is None else older
+        return ""
+    if store is None and catalogue.missing:
+        return f"there is no catalogue at {db}; --store creates one"
     try:
         bring(db)
-        check_writable(db)
+        catalogue.check_writable()
     except StoreError as error:
         if store:
             raise
-        return None, str(error)
-    return db, ""
+        return str(error)
+    return None

@@ -10,7 +10,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import Choice
-from orbitdb.cli.reading import meant
+from orbitdb.cli.reading import default_a
 from orbitdb.errors import InputError
 
 EXAMPLES = ("browse", "browse --code 1232131", 'browse --p 9 --where "lambda_c < 0.4"')
@@ -25,12 +25,15 @@ def browse(
 ) -> None:
     """Browse the catalogue in the terminal: look at orbits, choose subsets, compute averages.
 
-    Press ? to see the keys.
+    It opens on the orbits; o and O choose other statuses. Press ? to see the keys.
     """
+    from orbitdb.orbits.status import Status
     from orbitdb.store.where import check
     from orbitdb.symbols.words import parse
 
     chosen = choice.at(USUAL_A if a is None else a)
+    if not chosen.statuses and chosen.where is None:
+        chosen = replace(chosen, statuses=(Status.ORBIT,))
     if code is not None:
         parse(code)
     streams = (sys.stdin, sys.stdout, sys.stderr)  # Textual draws on stderr, except in a browser
@@ -39,7 +42,7 @@ def browse(
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.stored import state_path
 
-    app = BrowseApp(db, replace(chosen, a=meant(db, a)[0]), code, state_path())
+    app = BrowseApp(db, replace(chosen, a=default_a(db, a)), code, state_path())
     if chosen.where is not None:
         check(chosen.where, dict(chosen.parameters))
     app.run()

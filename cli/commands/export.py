@@ -13,15 +13,7 @@ from orbitdb.cli import options
 from orbitdb.cli.options import Choice, HalfLengths, many_a
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_by_bounce
 from orbitdb.cli.output import note, progress
-from orbitdb.cli.reading import (
-    asked_columns,
-    described,
-    in_order,
-    note_gaps,
-    note_nothing,
-    provenance,
-    reading,
-)
+from orbitdb.cli.reading import asked_columns, reading
 from orbitdb.columns import WRITTEN, Row
 from orbitdb.errors import InputError
 from orbitdb.progress import Tell
@@ -64,7 +56,7 @@ def export(
     ] = False,
     bounces: Annotated[
         bool,
-        typer.Option("--bounces", help="Write one row per bounce: x, y, arc length and sine of the angle."),
+        typer.Option("--bounces", help="Write one row per bounce: x, y, arc length, sine, gamma, delta."),
     ] = False,
     form: Annotated[
         str | None,
@@ -101,52 +93,47 @@ def export(
         files.check_target(file, force)
     if bounces:
         options.refuse_idle(context, "with --bounces", "coordinates")
-    from orbitdb.store.query import choose
-
     names = asked_columns(columns, ("code",) if bounces else WRITTEN, a)
-    with reading(db, a, choice) as (moment, stadiums):
-        note_gaps(moment, *stadiums, names=names, order=order)
-        shown_last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
+    last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
+    with reading(db, a, choice) as (catalogue, stadiums):
+        listing = catalogue.rows(stadiums, columns=(*names, *last), order=order, limit=limit, classes=classes)
         with progress("sorting"):
-            subsets = [choose(moment, chosen, order, by_class=classes) for chosen in stadiums]
-        rows = in_order(moment, subsets, (*names, *shown_last), order, limit)
-        rows = bounce_by_bounce(rows) if bounces else rows
-        names += BOUNCE_COLUMNS if bounces else shown_last
+            notes, absent = listing.notes, listing.absent
+        for text in notes:
+            note(f"{text}: nothing is written" if text in absent else text)
+        rows = bounce_by_bounce(iter(listing)) if bounces else iter(listing)
+        names += BOUNCE_COLUMNS if bounces else last
         first = next(rows, None)
         if first is None:
-            if any(map(len, subsets)):
+            if not listing.empty:
                 note("these words have no bounces; only orbits do (--status orbit): nothing is written")
-            else:
-                note_nothing(moment, *stadiums, more=": nothing is written")
             raise typer.Exit(1)
         with progress("writing", to_stdout=file is None) as shown:
             written = _watched(chain([first], rows), shown)
             if file is None:
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
-                return
-            count = files.write_file(
-                file, kind, names, written, provenance(moment, stadiums, many_a(a), classes)
-            )
-    note(f"{several(count, 'row')} written: {described(stadiums, classes=classes)}, in {file}")
+            else:
+                count = files.write_file(file, kind, names, written, listing.provenance(many_a(a)))
+        complete = listing.complete
+    for text in complete:
+        note(text)
+    if file is not None:
+        note(f"{several(count, 'row')} written: {listing.describe()}, in {file}")
 
 
 def _write_dataset(
     folder: Path | None, a: Sequence[HalfLengths] | None, choice: Choice, force: bool, db: Path
 ) -> None:
     """Write a folder with the chosen words of whole periods, at the given a or at every stored a."""
-    from orbitdb.answers.completeness import gaps
-    from orbitdb.answers.dataset import write_dataset
-
     if folder is None:
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
-    with reading(db, a or [HalfLengths()], choice) as (moment, stadiums), progress("dataset") as shown:
-        for text in (text for chosen in stadiums for text in gaps(moment, chosen, left_out=True)):
-            note(text)
-        held = write_dataset(moment, folder, stadiums, force, shown)
-        if not held:
-            note_nothing(moment, *stadiums, more=": nothing is written")
-            raise typer.Exit(1)
-    note(f"{held}, in {folder}")
+    with reading(db, a or [HalfLengths()], choice) as (catalogue, stadiums), progress("dataset") as shown:
+        dataset = catalogue.write_dataset(folder, stadiums, force=force, progress=shown)
+    for text in dataset.notes:
+        note(f"{text}: nothing is written" if text in dataset.absent else text)
+    if not dataset.words:
+        raise typer.Exit(1)
+    note(f"{dataset.description}, in {folder}")
 
 
 def _watched(rows: Iterator[Row], shown: Tell) -> Iterator[Row]:

@@ -22,9 +22,9 @@ from orbitdb.errors import InputError
 from orbitdb.text import exact, gigabytes, several
 
 if TYPE_CHECKING:
+    from orbitdb.answers.results import Births
     from orbitdb.filling.estimate import Need
     from orbitdb.filling.workers import Workers
-    from orbitdb.store.connection import Moment
 
 
 EXAMPLES = {
@@ -69,11 +69,9 @@ class Solvers:
         if self.scheduler is not None and self.jobs is not None:
             raise InputError("--jobs is for local processes; a dask cluster has its own: leave out --jobs")
 
-    def number(self) -> int:
+    def number(self) -> int | None:
         """Return the number of processes that estimates assume; for a cluster, the maximum."""
-        from orbitdb.filling.workers import number_of
-
-        return MOST_JOBS if self.scheduler else number_of(self.jobs)
+        return MOST_JOBS if self.scheduler else self.jobs
 
     @contextmanager
     def cluster(self) -> "Iterator[Workers | None]":
@@ -126,7 +124,7 @@ def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
     from orbitdb.filling.estimate import LARGE, about
 
     if dry_run or coming.words >= LARGE:
-        room = f" and {gigabytes(coming.bytes)}" if coming.bytes else ""
+        room = f" and up to {gigabytes(coming.bytes)}" if coming.bytes else ""
         note(f"{span}: {several(coming.words, 'word')} to solve, {about(coming.seconds)}{room}, in {db}")
 
 
@@ -158,26 +156,26 @@ def fill(
     An interrupted fill continues where it stopped; finished periods are skipped.
     """
     from orbitdb.catalogue import Catalogue
-    from orbitdb.filling.estimate import check_room, need
-    from orbitdb.filling.fill import fillable
     from orbitdb.orbits.status import Status
 
     if code:
         takes_only(context, "with --code", "code", "a", "method", "dry_run")
-        _fill_words([fillable(primitive(word)) for word in given_codes(code)], a, method, db, dry_run)
+        single = [Catalogue.check_word(primitive(word)) for word in given_codes(code)]
+        _fill_words(single, a, method, db, dry_run)
         return
     if asked is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
     periods = asked_periods(context, asked, first)
-    span, coming = f"p = {written(periods)} at a = {exact(a)}", need(db, a, periods, solvers.number(), method)
+    catalogue, span = Catalogue(db, a, missing_ok=True), f"p = {written(periods)} at a = {exact(a)}"
+    coming = catalogue.estimate(periods, jobs=solvers.number(), method=method)
     announce(span, coming, db, dry_run)
     if dry_run:
         return
-    check_room(db, coming)
+    catalogue.check_room(coming)
     start = time.monotonic()
     with solvers.cluster() as workers:
         bring(db)
-        with Catalogue(db, a) as catalogue, progress(span, expected=coming.seconds) as shown:
+        with progress(span, expected=coming.seconds) as shown:
             fills = catalogue.fill(
                 periods,
                 jobs=solvers.jobs,
@@ -225,18 +223,17 @@ def sweep(
     periods are skipped.
     """
     from orbitdb.catalogue import Catalogue
-    from orbitdb.filling.estimate import sweep_need
 
     periods = asked_periods(context, asked, first)
-    span = f"p = {written(periods)} at a = {exact(a)}"
-    coming = sweep_need(db, a, periods, solvers.number())
+    catalogue, span = Catalogue(db, a, missing_ok=True), f"p = {written(periods)} at a = {exact(a)}"
+    coming = catalogue.estimate(periods, jobs=solvers.number(), sweep=True)
     announce(span, coming, db, dry_run)
     if dry_run:
         return
     start = time.monotonic()
     with solvers.cluster() as workers:
         bring(db)
-        with Catalogue(db, a) as catalogue, progress(span, expected=coming.seconds) as shown:
+        with progress(span, expected=coming.seconds) as shown:
             sweeps = catalogue.sweep(periods, jobs=solvers.jobs, workers=workers, progress=shown)
     note(f"{span}: {several(coming.words, 'word')}, {time.monotonic() - start:.1f} s, in {db}")
     rows = [sweep.row() for sweep in sweeps]
@@ -267,8 +264,7 @@ def births(
     smallest and the largest a of a birth. An interrupted run continues where it stopped. Without --p, you see
     the births that are stored.
     """
-    from orbitdb.store.file import reading
-    from orbitdb.store.lives import read_birth_fills
+    from orbitdb.catalogue import Catalogue
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
     periods: Sequence[int]
@@ -278,10 +274,11 @@ def births(
     else:
         periods = asked_periods(context, asked, first)
         _fill_births(periods, db, jobs)
-    with reading(db) as moment:
-        fills = [fill for fill in read_birth_fills(moment) if fill.p in periods]
+    catalogue = Catalogue(db)
+    with catalogue.snapshot():
+        fills = [fill for fill in catalogue.birth_fills() if fill.p in periods]
         whole = [fill for fill in fills if fill.whole]
-        ended = _ended(moment, [fill.p for fill in whole]) if deaths else []
+        ended = [row for fill in whole for row in _ended(catalogue.births(fill.p))] if deaths else []
     for p in [fill.p for fill in fills if not fill.whole]:
         note(f"births of period {p} are incomplete: 'orbitdb births --p {p}' completes them")
     if deaths and whole:
@@ -292,18 +289,13 @@ def births(
         raise typer.Exit(1)
 
 
-def _ended(moment: "Moment", periods: Sequence[int]) -> list[tuple[object, ...]]:
-    """Return the lives that end, by period and word, each with the beginning of the word's next life."""
-    from orbitdb.store.lives import read_lives
-
-    rows: list[tuple[object, ...]] = []
-    for p in periods:
-        lives = sorted(read_lives(moment, p), key=lambda life: (life.word, life.born or 0.0))
-        for life, following in zip_longest(lives, lives[1:]):
-            if life.dies is not None:
-                reborn = following.born if following and following.word == life.word else None
-                rows.append((p, life.word, life.class_size, life.born, life.dies, life.dies_error, reborn))
-    return rows
+def _ended(births: "Births") -> "Iterator[tuple[object, ...]]":
+    """Yield the lives of a period that end, by word, each with the beginning of the word's next life."""
+    lives = sorted(births, key=lambda life: (life.word, life.born or 0.0))
+    for life, following in zip_longest(lives, lives[1:]):
+        if life.dies is not None:
+            reborn = following.born if following and following.word == life.word else None
+            yield life.p, life.word, life.class_size, life.born, life.dies, life.dies_error, reborn
 
 
 def _fill_births(periods: Sequence[int], db: Path, jobs: int | None) -> None:

@@ -4,21 +4,17 @@ import json
 import re
 import sys
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Choice, count_option, number_option
 from orbitdb.cli.output import Output, code_text, note, write_facts
-from orbitdb.cli.reading import known_catalogue, meant, note_gaps, reading
+from orbitdb.cli.reading import reading, solving
 from orbitdb.errors import InputError
-from orbitdb.text import exact, printable, real, several
-
-if TYPE_CHECKING:
-    from orbitdb.answers.identification import Trajectory
+from orbitdb.text import printable, real
 
 EXAMPLES = (
     "identify --start 0,0.5,1.2",
@@ -161,41 +157,23 @@ def _from_lines(text: str) -> list[list[float]]:
 
 def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: Output) -> int:
     """Write the orbits that a trajectory shadows; return the number of rows."""
-    from orbitdb.answers.identification import SHADOWED, identify_trajectory
-    from orbitdb.billiard.stadium import Stadium
-    from orbitdb.store.lookup import find_or_solve
-
-    stadium = Stadium(*meant(db, a))
-    catalogue = known_catalogue(db)
-    path = identify_trajectory(stadium, lambda word: find_or_solve(catalogue, word, stadium.a), **asked)
+    with solving(db, a) as (catalogue, (at,)):
+        path = catalogue.identify(**asked, a=at)
     if output.table:
         back = max(0, 1 - path.first)
         parts = (("before", path.sequence[:back]), ("sequence", path.sequence[back:]))
         write_facts([(name, code_text(symbols)) for name, symbols in parts if symbols])
         if path.shadowed:
             print()
-    names = SHADOW_COLUMNS if output.for_people else SHADOWED
-    places = [SHADOWED.index(name) for name in names]
+    names = SHADOW_COLUMNS if output.for_people else path.columns
+    places = [path.columns.index(name) for name in names]
     count = output.write(names, ([row[place] for place in places] for row in path.rows()))
-    if "start" in asked:
-        _note_ends(path, asked["bounces"])
+    for text in path.notes:
+        note(text)
     if path.total:
         orbits = "orbit is" if path.total == 1 else "orbits are"
         note(f"{path.total} {orbits} shadowed{_rest(count, path.total)}")
-    elif path.sequence and set(path.sequence) <= {"0", "2"}:
-        note("no orbit: the trajectory bounces between the straight walls, like the bouncing-ball family 02")
-    else:
-        note("no orbit is shadowed for two bounces or more; a larger --tolerance finds orbits farther away")
     return count
-
-
-def _note_ends(path: "Trajectory", asked: int | None) -> None:
-    """Write a note if a trajectory could not be followed for the requested number of bounces."""
-    from orbitdb.trajectories.trajectory import BOUNCES
-
-    last, wanted = path.first + len(path.sequence) - 1, asked or BOUNCES
-    if last < wanted or path.first > 1 - wanted:
-        note(f"followed from bounce {path.first} to {last}; double precision does not determine the rest")
 
 
 def _rest(count: int, total: int) -> str:
@@ -206,28 +184,15 @@ def _show_length(
     length: float, tolerance: float | None, limit: int | None, a: float | None, db: Path, output: Output
 ) -> int:
     """Write the stored orbits of a given length; return the number of rows."""
-    from orbitdb.answers.completeness import describe_fills
-    from orbitdb.answers.identification import identify_length
-    from orbitdb.orbits.status import Status
-    from orbitdb.store.fills import read_fills
-
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
     most = options.ON_SCREEN if limit is None and output.table else limit
-    with reading(db, a, Choice()) as (moment, (chosen,)):
-        note_gaps(moment, replace(chosen, statuses=(Status.ORBIT,)))
-        orbits = identify_length(moment, chosen.a, length, tolerance)
-        a = chosen.a
-        rows = ([a if name == "a" else getattr(orbit, name) for name in names] for orbit in orbits[:most])
-        count = output.write(names, rows)
-        fills = read_fills(moment, a)
-        among = describe_fills(fills, a) if fills else f"single words at a = {exact(a)}"
-        nearest = () if orbits else identify_length(moment, a, length, 1.0, 1)
-    candidates = several(len(orbits), "candidate") if orbits else "no candidates"
-    for orbit in nearest:
-        times = f"{orbit.repetitions} x {orbit.code}" if orbit.repetitions > 1 else orbit.code
-        enough = float(f"{1.05 * abs(orbit.difference):.2g}")
-        note(f"the nearest orbit is {times} of length {orbit.total:.7f}: --tolerance {enough:g} finds it")
-    if fills or orbits:  # otherwise another note says that nothing was searched
-        note(f"{candidates} among {among}, one per symmetry class{_rest(count, len(orbits))}; "
-             "orbits of longer periods may have this length, too")  # fmt: skip
+    with reading(db, a, Choice()) as (catalogue, (chosen,)):
+        orbits = catalogue.with_length(length, tolerance=tolerance, a=chosen.a)
+    for text in orbits.notes:
+        note(text)
+    at = chosen.a
+    rows = ([at if name == "a" else getattr(orbit, name) for name in names] for orbit in orbits[:most])
+    count = output.write(names, rows)
+    if said := orbits.describe(_rest(count, len(orbits))):
+        note(said)
     return count

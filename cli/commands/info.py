@@ -2,8 +2,8 @@
 
 import sys
 from itertools import groupby
-from operator import attrgetter, itemgetter
-from typing import TYPE_CHECKING, Annotated, Any
+from operator import itemgetter
+from typing import Annotated
 
 import typer
 
@@ -11,25 +11,15 @@ from orbitdb.cli import options
 from orbitdb.cli.output import Output, note, write_facts
 from orbitdb.cli.reading import bring
 from orbitdb.errors import InputError
-from orbitdb.text import exact, gigabytes, several
-
-if TYPE_CHECKING:
-    from orbitdb.store.connection import Moment
+from orbitdb.text import exact
 
 EXAMPLES = {
     "info": ("info", "info --json"),
     "delete": ("delete --a 2.5", "delete --a 2.5 --p 12-13 --yes"),
     "migrate": ("migrate --db old.db",),
 }
-COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
-           "seconds", "enumerating", "solving", "storing")  # fmt: skip
-_SHOWN = len(COLUMNS) - 3
+_SHOWN = 9
 """Number of columns shown to people; other formats add the processor times."""
-_OF_FILL = attrgetter("p", "state", "words", "n_t", "n_c", "boundary", "unresolved",
-                     "seconds", "enumerating", "solving", "storing")  # fmt: skip
-_OF_TALLY = attrgetter("words", "n_c", "boundary", "unresolved")
-_FEW = 4
-"""If the entropy is bounded at more values of a than this, only those with filled periods are listed."""
 
 
 def info(*, output: Output, db: options.Database) -> None:
@@ -39,21 +29,17 @@ def info(*, output: Output, db: options.Database) -> None:
     processor times for enumerating, solving and storing, in seconds. A swept period stores no rows, and all
     its processor time is under solving.
     """
-    from orbitdb.store.file import reading
-    from orbitdb.store.lookup import a_values
+    from orbitdb.catalogue import Catalogue
 
-    with reading(db) as moment:
-        rows = [row for a in a_values(moment) for row in _periods(moment, a)]
-        facts = _facts(moment) if output.table else []
-    rows.sort(key=lambda row: row[:2])
+    found = Catalogue(db).info(facts=output.table)
     if not output.table:
-        shown = _SHOWN if output.for_people else len(COLUMNS)
-        output.write(COLUMNS[:shown], [row[:shown] for row in rows])
+        shown = _SHOWN if output.for_people else len(found.columns)
+        output.write(found.columns[:shown], [row[:shown] for row in found.rows])
         return
-    write_facts(facts)
-    for a, rows_at_a in groupby(rows, key=itemgetter(0)):
+    write_facts(found.facts)
+    for a, rows_at_a in groupby(found.rows, key=itemgetter(0)):
         print(f"\na = {exact(a)}")
-        output.write(COLUMNS[1:_SHOWN], [row[1:_SHOWN] for row in rows_at_a])
+        output.write(found.columns[1:_SHOWN], [row[1:_SHOWN] for row in rows_at_a])
 
 
 def delete(
@@ -93,61 +79,3 @@ def migrate(db: options.Database) -> None:
         note(f"{db}: schema {after} is the latest; nothing to do")
     elif not before:
         note(f"{db}: created, schema {after}")
-
-
-def _periods(moment: "Moment", a: float) -> list[tuple[Any, ...]]:
-    """Return one row per filled or swept period at a given a."""
-    from orbitdb.store.fills import read_fills, read_sweeps
-
-    fills = read_fills(moment, a)
-    rows = [(a, *_OF_FILL(fill)) for fill in fills]
-    filled = {fill.p for fill in fills if fill.whole}
-    for sweep in read_sweeps(moment, a):
-        if sweep.p not in filled:
-            counts = _OF_TALLY(sweep.tally) if sweep.whole else (None,) * 4
-            state = "swept" if sweep.whole else "sweeping"
-            rows.append((a, sweep.p, state, 0, *counts, sweep.seconds, None, sweep.processor, None))
-    return rows
-
-
-def _facts(moment: "Moment") -> list[tuple[str, str]]:
-    """Return the path, size and contents of the catalogue as pairs of a name and a text."""
-    from orbitdb.store.fills import level_windows, room, trajectories
-    from orbitdb.store.lives import read_birth_fills
-    from orbitdb.store.schema import SCHEMA_VERSION
-    from orbitdb.store.selection import written_periods
-
-    facts = [
-        ("catalogue", str(moment.path.resolve())),
-        ("schema", str(SCHEMA_VERSION)),
-        ("size", gigabytes(moment.path.stat().st_size)),
-    ]
-    for name, (count, size) in room(moment).items():
-        facts.append((name, f"{count}" if size is None else f"{count}, {size:.0f} bytes each"))
-    if born := [fill.p for fill in read_birth_fills(moment) if fill.whole]:
-        facts.append(("births", written_periods(born)))
-    for a, ranges in groupby(level_windows(moment), key=itemgetter(0)):
-        parts = [f"{parity} k = {low:g}..{high:g} ({count})" for _, parity, low, high, count in ranges]
-        facts.append(("levels", f"a = {exact(a)}: {', '.join(parts)}"))
-    for a, count, bounces in trajectories(moment):
-        facts.append(("simulated", f"a = {exact(a)}: {several(count, 'average')}, up to {bounces} bounces"))
-    return facts + _enclosures(moment)
-
-
-def _enclosures(moment: "Moment") -> list[tuple[str, str]]:
-    """Return lines with the proved bounds on the entropy; if there are many a, only those that are filled."""
-    from orbitdb.entropy.bounds import BALLS
-    from orbitdb.store.fills import bounds_by_a
-    from orbitdb.store.lookup import a_values
-
-    curve, filled = bounds_by_a(moment), a_values(moment, ["fill"])
-    listed = [bounds for bounds in curve if len(curve) <= _FEW or bounds.a in filled]
-    lines = [
-        f"a = {exact(bounds.a)}: {bounds.between}, {bounds.window} edges{', balls' * (bounds.proof == BALLS)}"
-        for bounds in listed
-    ]
-    if others := [bounds.a for bounds in curve if bounds not in listed]:
-        lines.append(
-            f"enclosed at {len(others)} other values of a from {exact(others[0])} to {exact(others[-1])}"
-        )
-    return [("entropy", text) for text in lines]

@@ -1,7 +1,8 @@
 """``orbitdb levels``: find the quantum levels of the stadium."""
 
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +13,9 @@ from orbitdb.cli.output import Output, note, progress
 from orbitdb.cli.reading import bring
 from orbitdb.errors import InputError
 from orbitdb.text import several
+
+if TYPE_CHECKING:
+    from orbitdb.quantum.levels import Levels
 
 EXAMPLES = (
     "levels --k 0:30",
@@ -54,59 +58,49 @@ def levels(
     elif k is None:
         raise InputError("give the range of k, such as --k 0:30")
     else:
-        count = _from_elements(k, parity, a, jobs, output, db if store else None)
+        count = _from_elements(k, parity, a, jobs, store, output, db)
     if not count:
         raise typer.Exit(1)
 
 
 def _from_elements(
-    k: str, parity: str | None, a: float, jobs: int | None, output: Output, db: Path | None
+    k: str, parity: str | None, a: float, jobs: int | None, store: bool, output: Output, db: Path
 ) -> int:
     """Find levels with spectral elements, save them if a catalogue is given, and return their number."""
-    import numpy as np
-
     from orbitdb.billiard.stadium import Stadium
-    from orbitdb.filling.records import find_levels
-    from orbitdb.quantum.levels import Levels, windows
-    from orbitdb.quantum.weyl import parities_of, weyl
+    from orbitdb.catalogue import Catalogue
+    from orbitdb.quantum.levels import windows
+    from orbitdb.quantum.weyl import parities_of
 
     low, high = read_range("--k", k)
-    stadium, parities = Stadium(a), parities_of(parity)
+    parities = parities_of(parity)
     for one in parities:
-        list(windows(stadium, one, low, high))  # a refused range must leave no file
-    if db is not None:
+        list(windows(Stadium(a), one, low, high))  # a refused range must leave no file
+    if store:
         bring(db)
+    catalogue = Catalogue(db, a, missing_ok=True)
     with progress("levels") as shown:
-        parts = find_levels(db, stadium, low, high, parities, jobs, shown)
-    listed = Levels.joined(a, low, high, parts)
-    output.write(
-        COLUMNS,
-        zip(listed.k.tolist(), listed.error.tolist(), listed.parity.tolist(), strict=True),
-    )
-    for one, windows_of in parts.items():
-        below = min(part.below + int((part.k < low).sum()) for part in windows_of if part.high > low)
-        of_parity = listed.parity == str(one)
-        own, error = listed.k[of_parity], listed.error[of_parity]
-        places = np.linspace(low, high, 2000)
-        off = float((below + np.searchsorted(own, places) - weyl(stadium, one)(places)).mean())
-        worst = f", errors up to {error.max():.0e}" if len(own) else ""
-        count = several(len(own), "level")
-        note(f"{one}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}")
+        listed = catalogue.fill_levels(low, high, parities=parities, jobs=jobs, store=store, progress=shown)
+    output.write(COLUMNS, _rows(listed))
+    for text in listed.notes:
+        note(text)
     return len(listed)
+
+
+def _rows(levels: "Levels") -> "Iterator[tuple[float, float, str]]":
+    return zip(levels.k.tolist(), levels.error.tolist(), levels.parity.tolist(), strict=True)
 
 
 def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db: Path) -> int:
     """Show the levels computed from the stored orbits; return their number."""
-    from orbitdb.answers.levels import beside, levels_from_orbits
-    from orbitdb.quantum.weyl import parities_of
-    from orbitdb.store.file import reading
+    from orbitdb.catalogue import Catalogue
 
     low, high = (0.0, None) if k is None else read_range("--k", k)
-    with progress("summing orbits"), reading(db) as moment:
-        listed = levels_from_orbits(moment, a, high, parities_of(parity))
-        exact = beside(moment, listed)
-    rows = zip(listed.k.tolist(), listed.error.tolist(), listed.parity.tolist(), exact, strict=True)
-    shown = [row for row in rows if row[0] >= low]
+    catalogue = Catalogue(db, a)
+    with progress("summing orbits"), catalogue.snapshot():
+        listed = catalogue.levels(high, parity=parity, method="orbits")
+        exact = catalogue.stored_counterparts(listed)
+    shown = [(*row, of) for row, of in zip(_rows(listed), exact, strict=True) if row[0] >= low]
     output.write((*COLUMNS, "exact"), shown)
     note(f"{several(len(shown), 'level')} below k = {listed.high:g}: {listed.basis}")
     return len(shown)

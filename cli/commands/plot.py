@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from importlib import import_module
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,19 +11,27 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.figures import DRAWINGS, ENTROPY_OVER_A, SHEET_OF_WORDS, Drawing, Kind
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
 from orbitdb.cli.options import Asked, Choice, many_a, named
 from orbitdb.cli.output import code_text, note, progress
-from orbitdb.cli.reading import given_codes, known_catalogue, meant, primitive, reading
+from orbitdb.cli.reading import given_codes, primitive, reading, solving
 from orbitdb.errors import InputError
 from orbitdb.extras import load
-from orbitdb.text import exact, real, several
+from orbitdb.plots.registry import (
+    FIGURES,
+    NAMES,
+    SUBSET,
+    EmptyFigureError,
+    Figure,
+    figure_of,
+    load_function,
+    plain_name,
+)
+from orbitdb.text import exact, real
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from orbitdb.orbits.orbit import Orbit
+    from orbitdb.plots.style import Picture
 
 EXAMPLES = (
     "plot orbit 1232131 --a 1.2 -o orbit.pdf",
@@ -33,7 +41,11 @@ EXAMPLES = (
     "plot phase-space --p 2-8 --reversal self -o phase-space.png",
 )
 
-_SHOWN = (f"  {name:11} {drawing.shows}" for name, drawing in DRAWINGS.items())
+_SHOWN = (
+    f"  {figure.name:12} {figure.shows}{f' (needs {figure.needs})' * bool(figure.needs)}"
+    for figure in FIGURES
+    if figure.shows
+)
 AFTERWORD = "\n".join(["\n\b\nFigures:", *_SHOWN, ""])
 _ALWAYS = ("kind", "output", "size", "dpi", "title")
 """Options that every figure takes."""
@@ -44,10 +56,25 @@ _LEAST, _MOST = 1.0, 100.0
 """Limits on the width and height of a figure in inches."""
 
 
+def _figure_name(text: str) -> str:
+    """Return the name of a figure as the registry writes it; refuse other names."""
+    if (name := plain_name(text)) not in NAMES:
+        raise typer.BadParameter(f"{text!r:.40} is not one of {', '.join(NAMES)}")
+    return name
+
+
 def plot(
     *,
     context: typer.Context,
-    kind: Annotated[Kind, typer.Argument(metavar="FIGURE", help="One of the figures listed below.")],
+    kind: Annotated[
+        str,
+        typer.Argument(
+            metavar="FIGURE",
+            parser=_figure_name,
+            autocompletion=lambda: list(NAMES),
+            help="One of the figures listed below.",
+        ),
+    ],
     words: options.Words = None,
     output: Annotated[
         Path, options.path_option("-o", "--output", help="Name ending in .png, .svg or .pdf; - for stdout.")
@@ -64,6 +91,7 @@ def plot(
     ] = 120,
     given: GivenLevels,
     k: Annotated[float | None, options.number_option(help="Draw the level nearest to this k.")] = None,
+    kappa: options.Kappa = None,
     size: Annotated[
         str | None, typer.Option("--size", metavar="WIDTHxHEIGHT", help="Size in inches, such as 6.4x4.8.")
     ] = None,
@@ -79,48 +107,57 @@ def plot(
 ) -> None:
     """Draw an orbit, or a figure of a chosen subset, and save it to a file.
 
-    orbit, reverse and life draw the orbit of one WORD, and sheet can draw several. wave and husimi draw one
-    quantum level. The other figures show a subset of the orbits or levels; lyapunov and lengths can compare
-    several a.
+    orbit, reverse and life draw the orbit of one WORD, and sheet can draw several; with --kappa, orbit draws
+    it in a magnetic field. wave and husimi draw one quantum level. The other figures show a subset of the
+    orbits or levels; lyapunov, lengths and symbol-plane can compare several a.
     """
-    from orbitdb.answers.export import FIGURES, STDOUT, check_target, complete, form_of
+    from orbitdb.answers.export import FIGURES as FORMATS
+    from orbitdb.answers.export import STDOUT, check_target, complete, form_of
 
     to_stdout = output == STDOUT
     if to_stdout:
         options.refuse_idle(context, "on stdout", "force")
     else:
         check_target(output, force)
-    ending, inches = form_of(output, form, FIGURES), _size(size)
-    drawing, asked = DRAWINGS[kind], f"in plot {kind}"
-    if over_a and kind == "entropy":
-        drawing, asked = ENTROPY_OVER_A, "with --over-a"
-    elif kind == "sheet" and (words or code):
-        drawing, asked = SHEET_OF_WORDS, "with words"
-    takes = drawing.takes
-    options.takes_only(context, asked, *_ALWAYS, *takes)
-    if kind == "life":
+    ending, inches = form_of(output, form, FORMATS), _size(size)
+    figure = figure_of(kind, [name for name, value in context.params.items() if value])
+    asked = f"with {_flag(figure.when[0])}" if figure.when else f"in plot {kind}"
+    options.takes_only(context, asked, *_ALWAYS, *_options_of(figure))
+    if "a" not in figure.takes and figure.source == "orbit":
         options.refuse_idle(context, asked, "db")
-    if given.levels is None and "levels" in takes:
+    if given.levels is None and "levels" in figure.takes:
         options.refuse_idle(context, "without --levels", *OF_FILE)
-    if many_a(a) and not drawing.several_a:
-        several_a = " and ".join(name for name in DRAWINGS if DRAWINGS[name].several_a)
+    if many_a(a) and not figure.several_a:
+        *others, last = (each.name for each in FIGURES if each.several_a and not each.when)
+        several_a = f"{', '.join(others)} and {last}"
         raise InputError(f"--a gives several values: plot {kind} draws one a; {several_a} draw several")
     if choice.status is None:
-        choice = replace(choice, status="orbit")
+        choice = replace(choice, status=figure.status)
     style = load("orbitdb.plots.style", "plot", "plot")  # late, because matplotlib is slow to import
 
-    codes = list(given_codes(words, code)) if "words" in takes else []
-    if "k" in takes:
-        made = _of_wave(drawing, codes, k, given, a, db)
-    elif "words" in takes:
-        made = _of_words(kind, drawing, codes, a, db, inches)
-    else:
-        values = {"limit": limit, "order": order, "size": inches, "given": given, "grid": named(a) or ()}
-        further = {name: values[name] for name in drawing.further}
-        at = USUAL_A if over_a or kind == "births" else a  # these figures are about every a
-        with progress("drawing"), reading(db, at, choice) as (moment, chosen):
-            made = _draw(drawing, moment, *chosen, **further)
-    style.adjust(made, inches, title)
+    codes = list(given_codes(words, code)) if "words" in figure.takes else []
+    values = {
+        "limit": limit,
+        "order": order,
+        "grid": named(a) or (),
+        "kappa": [*chain.from_iterable(kappa or ())],
+    }
+    try:
+        with progress("drawing"), style.sized(inches):
+            if figure.source == "catalogue":
+                made = _of_catalogue(figure, choice, given, values, a, db)
+            elif figure.source == "wave":
+                made = _of_wave(figure, codes, k, given, a, db)
+            else:
+                made = _of_words(figure, codes, values, a, db)
+    except EmptyFigureError as error:
+        for line in error.lines:
+            note(line)
+        raise typer.Exit(1) from None
+    for line in made.notes:
+        note(line)
+    if title is not None:
+        style.entitle(made, title)
     label = str(made.get_label())
     if to_stdout:
         sys.stdout.buffer.write(style.as_bytes(made, ending, label, dpi))
@@ -128,6 +165,17 @@ def plot(
     with progress("drawing"), complete(output) as draft:
         style.save(made, draft, ending, label, dpi)
     note(f"{label}, in {output}")
+
+
+def _flag(name: str) -> str:
+    return "words" if name == "words" else f"--{name.replace('_', '-')}"
+
+
+def _options_of(figure: Figure) -> list[str]:
+    """Return the names of the parameters that a figure takes; a subset stands for those of `Choice`."""
+    return [
+        each for name in figure.takes for each in (Choice.__dataclass_fields__ if name == SUBSET else [name])
+    ]
 
 
 def _size(text: str | None) -> tuple[float, float] | None:
@@ -144,69 +192,67 @@ def _size(text: str | None) -> tuple[float, float] | None:
     return width, height
 
 
-def _draw(drawing: Drawing, *what: Any, **further: Any) -> "Figure":
-    """Call a drawing function; its module imports matplotlib."""
-    module, name = drawing.draw.split(".")
-    made: Figure = getattr(import_module(f"orbitdb.cli.figures.{module}"), name)(*what, **further)
+def _of_catalogue(
+    figure: Figure, choice: Choice, given: GivenLevels, values: dict[str, Any], a: Asked, db: Path
+) -> "Picture":
+    """Draw what a catalogue contains: a chosen subset, or its levels."""
+    every_a = "a" not in figure.takes or "grid" in figure.passes
+    with reading(db, USUAL_A if every_a else a, choice) as (catalogue, chosen):
+        if "levels" in figure.passes:
+            parity = given.of_one()
+            values |= {"parity": parity, "levels": given.read(parity)}
+        if "parts" in figure.passes:
+            values["parts"] = given.by_parity(catalogue, chosen[0].a)
+        return _draw(figure, values, catalogue, *chosen)
+
+
+def _draw(figure: Figure, values: dict[str, Any], *what: Any) -> "Picture":
+    """Draw a figure with those of the values that it uses."""
+    made: Picture = load_function(figure.whole)(*what, **{name: values[name] for name in figure.passes})
     return made
 
 
 def _of_wave(
-    drawing: Drawing, codes: Sequence[str], k: float | None, given: GivenLevels, a: Asked, db: Path
-) -> "Figure":
+    figure: Figure, codes: Sequence[str], k: float | None, given: GivenLevels, a: Asked, db: Path
+) -> "Picture":
     """Draw the wave of the level nearest to k; if a code is given, draw its orbit on top."""
+    from orbitdb.quantum.waves import nearest_wave
+
     if k is None or not 0 < k < _MOST_K:
         raise InputError(f"give the level, above 0 and below {_MOST_K:g}, such as --k 20.17")
     if (parity := given.of_one()) is None:
         raise InputError("name one parity, such as --parity ee")
     if len(codes) > 1:
         raise InputError("name one orbit at most")
-    (at,) = meant(db, a)
-    with progress("waves"):
-        return _draw(drawing, at, k, parity, next(iter(_orbits(codes, at, db)), None))
+    at, orbits = _orbits(codes, a, db)
+    orbit = next(iter(orbits), None)
+    return _draw(figure, {}, nearest_wave(at, k, parity), orbit)
 
 
-def _of_words(
-    kind: Kind, drawing: Drawing, codes: Sequence[str], a: Asked, db: Path, size: tuple[float, float] | None
-) -> "Figure":
+def _of_words(figure: Figure, codes: Sequence[str], values: dict[str, Any], a: Asked, db: Path) -> "Picture":
     """Draw the orbit of a single word, or several on a sheet; they are read or solved."""
-    if kind == "sheet":
-        (at,) = meant(db, a)
-        orbits = _orbits(codes, at, db)
-        return _draw(drawing, orbits, f"{several(len(orbits), 'orbit')} at a = {exact(at)}", size)
-    if len(codes) != 1:
-        raise InputError(f"name one orbit to draw: plot {kind} 1232131")
-    if kind == "life":
-        with progress("following"):
-            return _draw(drawing, _followed(codes[0]))
-    (at,) = meant(db, a)
-    return _draw(drawing, *_orbits(codes, at, db))
+    if figure.source in ("orbit", "word") and len(codes) != 1:
+        raise InputError(f"name one orbit to draw: plot {figure.name} 1232131")
+    if figure.source == "word":
+        with solving(db, a) as (_, (at,)):
+            return _draw(figure, values, primitive(codes[0]), at)
+    if "a" not in figure.takes:
+        from orbitdb.orbits.solve import solve_word
+
+        return _draw(figure, values, solve_word(primitive(codes[0]), USUAL_A))
+    _, orbits = _orbits(codes, a, db)
+    return _draw(figure, values, *(orbits if figure.source == "orbit" else [orbits]))
 
 
-def _orbits(codes: Sequence[str], a: float, db: Path) -> "list[Orbit]":
-    """Return the orbits of words, stored or solved now, except those without a path; raise if all are."""
-    from orbitdb.store.lookup import find_or_solve
-
-    catalogue = known_catalogue(db)
-    orbits = [find_or_solve(catalogue, primitive(code), a) for code in codes]
+def _orbits(codes: Sequence[str], a: Asked, db: Path) -> "tuple[float, list[Orbit]]":
+    """Return the a and the orbits of words at it, except those without a path; raise if all are."""
+    with solving(db, a) as (catalogue, (at,)):
+        orbits = [catalogue.orbit(primitive(code), a=at) for code in codes]
     drawn = [orbit for orbit in orbits if orbit.points is not None]
     for orbit in orbits:
         if orbit.points is None:
-            text = f"{code_text(orbit.code)} at a = {exact(a)} cannot be drawn: {orbit.status.sentence}"
+            text = f"{code_text(orbit.code)} at a = {exact(at)} cannot be drawn: {orbit.status.sentence}"
             if not drawn:
                 raise InputError(text)
             note(text)
-    return drawn
-
-
-def _followed(code: str) -> "Orbit":
-    """Return the orbit of a word and the ranges of a in which it exists; refuse a word that never does."""
-    from orbitdb.orbits.solve import solve_word
-    from orbitdb.store.lookup import with_existence
-
-    orbit = with_existence(solve_word(primitive(code), USUAL_A))
-    if orbit.exists is None:
-        raise InputError(f"{code_text(orbit.code)} is too long to be followed as a changes")
-    if not orbit.exists:
-        raise InputError(f"{code_text(orbit.code)} is not an orbit at any a: {orbit.status.sentence}")
-    return orbit
+    return at, drawn

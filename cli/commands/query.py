@@ -13,25 +13,13 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import Choice, HalfLengths, many_a
 from orbitdb.cli.output import Format, Output, beside, code_text, note, write_facts
-from orbitdb.cli.reading import (
-    asked_columns,
-    described,
-    given_codes,
-    in_order,
-    known_catalogue,
-    meant,
-    note_gaps,
-    note_nothing,
-    primitive,
-    reading,
-)
-from orbitdb.columns import GROUPS, IN_CATALOGUE, WRITTEN
+from orbitdb.cli.reading import asked_columns, given_codes, primitive, reading, solving
+from orbitdb.columns import EVERY, GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
-from orbitdb.text import exact
+from orbitdb.text import exact, guess
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
-    from orbitdb.store.selection import Selection
 
 
 EXAMPLES = {
@@ -43,9 +31,9 @@ EXAMPLES = {
     ),
     "sql": (
         "sql \"SELECT p, count(*) AS orbits FROM catalogue WHERE status = 'orbit' GROUP BY a, p\"",
-        'sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" -P word=1123213 --json',
+        'sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" -P word=0103155 --json',
     ),
-    "columns": ("columns", "columns --json"),
+    "columns": ("columns", "columns margin quarter_length", "columns --json"),
 }
 
 WORD_KEYS = (*WRITTEN, "coordinates", "stored", "exists")
@@ -75,7 +63,7 @@ def query(
     bounces: Annotated[
         bool,
         typer.Option(
-            "--bounces", help="For WORD, show one row per bounce: x, y, arc length, sine of the angle."
+            "--bounces", help="For WORD, show one row per bounce: x, y, arc length, sine, gamma, delta."
         ),
     ] = False,
     output: Output,
@@ -94,42 +82,24 @@ def query(
         return
     if bounces:
         raise InputError("--bounces needs WORD; 'orbitdb export --bounces' writes the bounces of many orbits")
-    from orbitdb.answers.completeness import complete_length, describe_complete
-    from orbitdb.store.fills import read_fills
-    from orbitdb.store.query import choose
-
     names = asked_columns(columns, TABLE_COLUMNS if output.for_people else WRITTEN, a)
-    shown = options.ON_SCREEN if output.table and limit is None else limit
-    with reading(db, a, choice) as (moment, stadiums):
-        note_gaps(moment, *stadiums, names=names, order=order)
-        most = None if shown is None else shown + offset
-        subsets = [
-            choose(moment, chosen, order, most=most, counted=True, by_class=classes) for chosen in stadiums
-        ]
-        total = sum(map(len, subsets))
-        count = output.write(names, in_order(moment, subsets, names, order, shown, offset))
-        if not total:
-            note_nothing(moment, *stadiums)
-        elif _by_length(order, limit, stadiums[0]):
-            for chosen in stadiums:
-                complete = complete_length(read_fills(moment, chosen.a), chosen)
-                at = f"at a = {exact(chosen.a)}: " if len(stadiums) > 1 else ""
-                note(f"{at}{describe_complete(complete, chosen)}")
+    with reading(db, a, choice) as (catalogue, stadiums):
+        listing = catalogue.rows(
+            stadiums, columns=names, order=order, limit=limit, offset=offset, classes=classes
+        )
+        for text in listing.notes:
+            note(text)
+        total = listing.total
+        on_screen = output.table and limit is None
+        count = output.write(names, listing.head(options.ON_SCREEN) if on_screen else listing)
+        for text in listing.complete:
+            note(text)
     if total and output.table:
         rest = "" if offset else f", --limit {total} shows all"
         more = f"; {count} shown{rest}" if total > count else ""
-        note(f"{described(stadiums, total, classes)}{more}")
+        note(f"{listing.describe(total)}{more}")
     if not count:
         raise typer.Exit(1)
-
-
-def _by_length(order: str, limit: int | None, chosen: "Selection") -> bool:
-    """Tell whether the rows list the shortest orbits."""
-    from orbitdb.store.query import parse_order
-
-    first, falls = next(iter(parse_order(order).items()))
-    bounded = chosen.ranges.get("length", (None, None))[1] is not None
-    return bounded or (first == "length" and not falls and limit is not None)
 
 
 def _show_words(
@@ -142,7 +112,6 @@ def _show_words(
 ) -> int:
     """Write what is known about the given words, or their bounces; return the number of rows or words."""
     from orbitdb.cli.orbit_facts import facts, write_bounces
-    from orbitdb.store.lookup import born_with, find_or_solve, with_existence
     from orbitdb.symbols.words import parse
 
     in_rows = columns is not None or not output.table or many_a(a)
@@ -150,21 +119,23 @@ def _show_words(
     keys = asked_columns(columns, usual, a, OF_A_WORD)
     for code in codes:
         parse(code)  # so that nothing is printed if a code is wrong
-    values, catalogue = meant(db, a), known_catalogue(db)
-    orbits = [find_or_solve(catalogue, word, at) for word in map(primitive, codes) for at in values]
+    words = [*map(primitive, codes)]
+    with solving(db, a) as (catalogue, values):
+        orbits = [catalogue.orbit(word, a=at) for word in words for at in values]
+        if OF_LIVES & set(keys):
+            lives = {word: catalogue.orbit(word, a=values[0], exists=True).exists for word in words}
+            orbits = [replace(orbit, exists=lives[orbit.code]) for orbit in orbits]
+        partners = [] if in_rows or bounces else [catalogue.born_with(orbit) for orbit in orbits]
     if not orbits:
         note("stdin contains no code")
-    if OF_LIVES & set(keys):
-        lives = {orbit.code: with_existence(orbit).exists for orbit in orbits[:: len(values)]}
-        orbits = [replace(orbit, exists=lives[orbit.code]) for orbit in orbits]
     if bounces:
         return _show_bounces(keys, orbits, many_a(a), output)
     if in_rows:
         return output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in orbits))
-    for orbit in orbits:
+    for orbit, born_with in zip(orbits, partners, strict=True):
         if orbit is not orbits[0]:
             print()
-        write_facts(facts(orbit, born_with(catalogue, orbit)))
+        write_facts(facts(orbit, born_with))
         write_bounces(orbit)
     return len(orbits)
 
@@ -202,19 +173,38 @@ def _value(orbit: "Orbit", key: str, output: Output | None = None) -> Any:
     return getattr(orbit, key)
 
 
+def _known(incomplete: str) -> list[tuple[str, str]]:
+    """Offer the columns that begin with what is typed."""
+    return [(name, column.brief) for name, column in EVERY.items() if name.startswith(incomplete)]
+
+
 COLUMN_KEYS = ("column", "of", "type", "unit", "bound", "empty", "means")
 
 
-def columns(*, output: Output) -> None:
+def columns(
+    *,
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[COLUMN]...", help="Columns to explain [default: all].", autocompletion=_known
+        ),
+    ] = None,
+    output: Output,
+) -> None:
     """Explain the columns: their units, the bounds on their errors, and their meanings.
 
     -c, --order and --where accept the columns of words and orbits, and --bounces writes the columns of
     bounces. query --code adds columns of its own. identify has different columns for a trajectory and for a
     length. The error of a number never exceeds its bound.
     """
-    described = [(column, of) for of, group in GROUPS for column in group]
+    for name in names or ():
+        if name not in EVERY:
+            raise InputError(f"column {name!r}: {guess(name, EVERY)}'orbitdb columns' lists all")
+    every = [(column, of) for of, group in GROUPS for column in group]
+    described = [(column, of) for column, of in every if not names or column.name in names]
     if output.table:
-        _write_table([(column.name, column.unit, column.bound, column.means) for column, _ in described])
+        lines = [(column.name, column.unit, column.bound, column.means) for column, _ in described]
+        _write_table(lines, sum(column in IN_CATALOGUE for column, _ in described))
         return
     rows = (
         (column.name, of, column.kind, column.unit, column.bound, column.empty, column.means)
@@ -223,13 +213,13 @@ def columns(*, output: Output) -> None:
     output.write(COLUMN_KEYS, rows)
 
 
-def _write_table(rows: list[tuple[str, ...]]) -> None:
-    """Write one line per column, with its meaning wrapped; the columns of the catalogue come first."""
+def _write_table(rows: Sequence[tuple[str, ...]], first: int) -> None:
+    """Write one line per column, with its meaning wrapped, and an empty line after the `first` ones."""
     lines = [("column", "unit", "bounded by", "means"), *rows]
     widths = [max(len(line[k]) for line in lines) for k in range(3)]
     columns = shutil.get_terminal_size().columns
     for place, (*cells, means) in enumerate(lines):
-        if place == 1 + len(IN_CATALOGUE):
+        if place == 1 + first and first:
             sys.stdout.write("\n")
         start = "".join(f"{text.ljust(width)}  " for text, width in zip(cells, widths, strict=True))
         sys.stdout.writelines(beside(start, means, columns))
@@ -246,16 +236,16 @@ def sql(
 
     The statement can read the views catalogue (one row per word; see 'orbitdb columns'), class (one row per
     class) and life (births and deaths). It cannot write, and is stopped after a minute. code =
-    code('310') finds a word in any rotation.
+    code('310') finds a word in any rotation, and contains(code, '0202') the words that contain 0202 in any
+    rotation.
     """
-    from orbitdb.store.file import reading
-    from orbitdb.store.where import hint, parse_parameters, run_statement
+    from orbitdb.catalogue import Catalogue
+    from orbitdb.store.where import parse_parameters
 
-    values = parse_parameters(parameters or (), statement)
-    with reading(db) as moment:
-        names, rows = run_statement(moment, statement, values)
-        if (advice := hint(statement)) is not None:
-            note(advice)
-        if not output.write(names, rows):
-            note("no rows")
+    catalogue = Catalogue(db)
+    with catalogue.snapshot():
+        answer = catalogue.sql(statement, parse_parameters(parameters or (), statement))
+        names = answer.columns
+        if not output.write(names, answer):
+            note(answer.absent)
             raise typer.Exit(1)

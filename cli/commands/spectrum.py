@@ -8,7 +8,7 @@ from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels, Parities, read_range
 from orbitdb.cli.options import Choice
 from orbitdb.cli.output import Output, note, progress
-from orbitdb.cli.reading import known_catalogue, meant, primitive, reading
+from orbitdb.cli.reading import primitive, reading, solving
 from orbitdb.errors import InputError
 from orbitdb.text import real
 
@@ -56,11 +56,9 @@ def spectrum(
 
     Its peaks lie at the lengths of orbits. The window function is sin^4(pi k / k_max). --terms lists instead
     each term Re(A exp(i k l)) of the density of levels: with --parity, those of a quarter stadium, in which
-    half of a symmetric orbit is closed. repetition counts traversals of the orbit or half orbit, and length
-    is that of all of them. A is sign times |A| exp(-i pi index / 2).
+    a symmetric orbit closes after half of its length. repetition counts traversals of the orbit or half
+    orbit; length, lyapunov and index are those of all of them. A is sign times |A| exp(-i pi index / 2).
     """
-    from orbitdb.answers.levels import notes_on_missing_levels, read_spectrum
-
     low, high = read_range("--range", lengths.removeprefix("length="))
     if terms:
         options.refuse_idle(context, "with --terms", "points", "peaks", "levels")
@@ -68,9 +66,10 @@ def spectrum(
         options.refuse_idle(context, "without --levels", *OF_FILE)
     parity = given.of_one()
     read = given.read(parity)
-    with progress("summing orbits"), reading(db, a, Choice()) as (moment, (chosen,)):
-        result = read_spectrum(moment, chosen.a, (low, high), points, k_max, read, parity)
-        judged = [] if read is None else notes_on_missing_levels(moment, chosen.a, read, parity)
+    with progress("summing orbits"), reading(db, a, Choice()) as (catalogue, (chosen,)):
+        result = catalogue.spectrum(
+            (low, high), points=points, k_max=k_max, levels=read, parity=parity, a=chosen.a
+        )
     if terms:
         from orbitdb.quantum.length_spectrum import TERMS
 
@@ -81,7 +80,7 @@ def spectrum(
         from orbitdb.quantum.length_spectrum import COLUMNS
 
         output.write(COLUMNS, result.rows())
-    for line in [*result.notes()[: 1 if terms else None], *judged]:
+    for line in [*result.notes()[: 1 if terms else None], *result.judged]:
         note(line)
 
 
@@ -108,21 +107,19 @@ def scars(
     the five orbits that scar it most, out of the bouncing balls and the twenty shortest stored orbits. The
     waves take longest, because each parity needs those of 30 neighbours, too.
     """
-    from orbitdb.answers.scars import Scar, check_scarring, scars_of, shortest_orbits
+    from orbitdb.answers.scars import Scar
     from orbitdb.quantum.weyl import parities_of
-    from orbitdb.store.file import reading as moment_of
-    from orbitdb.store.lookup import find_or_solve
 
     low, high = _range(k)
-    parities, (at,) = parities_of(parity), meant(db, a)
+    parities = parities_of(parity)
     if word is None:
-        with moment_of(db) as moment:
-            orbits = shortest_orbits(moment, at)
+        with reading(db, a, Choice()) as (catalogue, (chosen,)):
+            at = chosen.a
     else:
-        orbits = [find_or_solve(known_catalogue(db), primitive(word), at)]
-        check_scarring(orbits[0])
+        with solving(db, a) as (catalogue, (at,)):
+            word = primitive(word)
     with progress("waves") as tell:
-        rows = scars_of(orbits, low, high, parities, order, tell)
+        rows = catalogue.scars(low, high, word=word, parities=parities, order=order, progress=tell, a=at)
     output.write(Scar._fields, rows)
     if not rows:
         note(f"no level with k from {low:g} to {high:g}")

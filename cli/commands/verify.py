@@ -2,8 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import astuple, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,12 +13,9 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import Choice
 from orbitdb.cli.output import Output, note, progress
-from orbitdb.errors import AlteredError
 from orbitdb.text import several
 
 if TYPE_CHECKING:
-    from orbitdb.store.connection import Moment
-    from orbitdb.store.selection import Selection
     from orbitdb.verification.checks import Check
 
 EXAMPLES = (
@@ -77,10 +73,7 @@ def verify(
     fails. The exit code is 1 if a check fails. Counts are checked for whole periods. Rows are checked if you
     choose them, even in a partly filled period. Quantum levels are checked if you choose no rows.
     """
-    from orbitdb.answers.completeness import unfilled
-    from orbitdb.store.file import reading
-    from orbitdb.store.selection import Selection
-    from orbitdb.verification.verify import verifiable, verified
+    from orbitdb.catalogue import Catalogue
 
     if folder is not None:
         options.takes_only(context, "with FOLDER", "folder")
@@ -89,29 +82,30 @@ def verify(
     if sample is None and not restarts:
         options.refuse_idle(context, "without --sample or --restarts", "seed")
     start = time.monotonic()
-    missing: list[str] = []
-    with reading(db) as moment:
-        stored = verifiable(moment)
-        stadiums = stored if a is None else [a]
+    catalogue = Catalogue(db)
+    with catalogue.snapshot():
+        stored = catalogue.a_values(with_levels=True)
         subset = choice.at(USUAL_A)
-        chosen = [replace(subset, a=at) for at in stadiums]  # a stored value may be invalid
-        if a is not None and stadiums[0] not in stored:
-            note(f"{unfilled(moment, Selection(stadiums[0]))}; there is nothing to check")
+        if a is not None and a not in stored:
+            note(f"{'; '.join(catalogue.rows(a=a).notes)}; there is nothing to check")
             raise typer.Exit(1)
-        with suppress(AlteredError):  # one of the checks reports it
-            missing.extend(_gaps(moment, chosen, a is not None))
+    each = [replace(subset, a=at) for at in stored]  # a stored value may be invalid
+    chosen = (each or None) if a is None else replace(subset, a=a)
     with progress("the catalogue") as shown:
-        verification = verified(db, chosen, sample, restarts, seed, births, rigorous, jobs, shown)
-    for gap in missing:
-        note(gap)
-    _report(verification.checks, moment.path, start, restarts, output)
+        found = catalogue.verify(
+            chosen, sample=sample, restarts=restarts, seed=seed, births=births, rigorous=rigorous, jobs=jobs,
+            progress=shown,
+        )  # fmt: skip
+    for text in found.notes:
+        note(text)
+    _report(found.checks, catalogue.path, start, restarts, output)
 
 
 def _verify_dataset(folder: Path, output: Output) -> None:
     """Check the checksums and counts of a dataset (`orbitdb export FOLDER --dataset`)."""
-    from orbitdb.answers.dataset import wrong_files
+    from orbitdb.answers.dataset import Dataset
 
-    files = list(wrong_files(folder))
+    files = Dataset.check(folder)
     wrong = [f"{name} {what}" for name, what in files if what]
     output.write(COLUMNS, [("dataset", len(files), len(wrong), None, None, next(iter(wrong), None))])
     if wrong:
@@ -145,21 +139,3 @@ def _report(checks: "Sequence[Check]", path: Path, start: float, restarts: int, 
         what = "the sums of a swept period were" if anew == 1 else f"the sums of {anew} swept periods were"
         note(f"{what} not recomputed: only sums of whole periods up to {SWEPT_ANEW} are")
     note(f"{path}: no errors in {counted}, {time.monotonic() - start:.1f} s")
-
-
-def _gaps(moment: "Moment", chosen: "Sequence[Selection]", at_one: bool) -> "Iterator[str]":
-    """Yield notes on chosen periods that are partly filled, and on requested periods that are not stored.
-
-    At an a without fills, periods that are not stored are only reported if --a was given (`at_one`).
-    """
-    from orbitdb.answers.completeness import describe_partial, partial_periods, unfilled
-    from orbitdb.store.fills import read_fills, read_sweeps
-
-    for selection in chosen:
-        if partial := partial_periods(moment, selection):
-            yield describe_partial(partial, selection.a)
-        if not selection.periods or not (at_one or read_fills(moment, selection.a)):
-            continue
-        swept = [sweep.p for sweep in read_sweeps(moment, selection.a)]
-        if said := unfilled(moment, selection, swept):
-            yield said

@@ -20,11 +20,12 @@ from textual.binding import Binding, BindingType
 from textual.events import Key
 from textual.reactive import reactive
 from textual.screen import Screen
-from textual.widgets import HelpPanel, KeyPanel
 from textual.worker import WorkerFailed
 
+from orbitdb.cli.tui.colours import readable_variables
 from orbitdb.cli.tui.export import Export
 from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, fill_wish
+from orbitdb.cli.tui.help import PURPOSES, KeysPanel, purpose
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working, key
 from orbitdb.cli.tui.stored import CatalogueFile, Kept
@@ -34,7 +35,7 @@ from orbitdb.store.where import CancelledError
 from orbitdb.text import printable
 
 _SECONDS_BETWEEN_LOOKS = 2.0
-_WIDTHS = [(0, "-thin"), (56, "-slim"), (76, "-narrow"), (140, "-wide")]
+_WIDTHS = [(0, "-thin"), (70, "-narrow"), (110, "-broad"), (140, "-wide")]
 _HEIGHTS = [(0, "-low"), (16, "-shallow"), (20, "-short"), (36, "-tall")]
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 _PATIENCE = 1.8
@@ -61,13 +62,13 @@ class BrowseApp(App[None], Working):
     CSS_PATH = "style.tcss"
     HORIZONTAL_BREAKPOINTS = _WIDTHS
     VERTICAL_BREAKPOINTS = _HEIGHTS
-    BINDING_GROUP_TITLE = "orbitdb"
-    BINDINGS: ClassVar[list[BindingType]] = [
+    BINDINGS: ClassVar[list[BindingType]] = purpose(
+        "other",
         Binding("question_mark", "keys", "keys", tooltip="and what they do"),
         key("ctrl+p", "command_palette", "all actions", tooltip="and themes"),
         Binding("q", "quit", "quit"),
         key("ctrl+q,ctrl+c", "quit", "quit", system=True),
-    ]
+    )
 
     fill_state: reactive[FillState | None] = reactive(None, repaint=False)
 
@@ -187,19 +188,34 @@ class BrowseApp(App[None], Working):
 
     # messages and keys
 
-    def notify(self, message: str, **options: Any) -> None:
-        """Show a message as plain text, because errors and paths can contain what looks like markup."""
-        super().notify(printable(message), **options | {"markup": False})
+    def notify(self, message: str, *, title: str = "", **options: Any) -> None:
+        """Show a message as plain text, because errors and paths can contain what looks like markup.
+
+        Only Textual's own messages have a title, and markup.
+        """
+        shown = message if title else printable(message)
+        super().notify(shown, title=title, **options | {"markup": bool(title)})
+
+    def get_css_variables(self) -> dict[str, str]:
+        self.theme_variables = readable_variables(super().get_css_variables())
+        return self.theme_variables
+
+    def deliver_screenshot(self, *names: str | None, **options: Any) -> str | None:
+        """Save a screenshot in the folder of downloads, or, if there is none, in the current one."""
+        from platformdirs import user_downloads_path
+
+        folder = options.get("path") or (None if user_downloads_path().is_dir() else os.curdir)
+        return super().deliver_screenshot(*names[:1], **options | {"path": folder})
 
     def action_keys(self) -> None:
         """Show the keys that work now; the next calls scroll through them, and the last one hides them."""
-        panel = next(iter(self.screen.query(HelpPanel).results()), None)
+        panel = next(iter(self.screen.query(KeysPanel).results()), None)
         if panel is None:
-            self.action_show_help_panel()
-        elif (keys := panel.query_one(KeyPanel)).scroll_y < keys.max_scroll_y:
-            keys.scroll_page_down(animate=False)
+            self.screen.mount(KeysPanel(id="keys"))
+        elif panel.scroll_y < panel.max_scroll_y:
+            panel.scroll_page_down(animate=False)
         else:
-            self.action_hide_help_panel()
+            panel.remove()
 
     def action_command_palette(self) -> None:
         if not isinstance(self.screen, ActionsDialog):
@@ -210,15 +226,15 @@ class BrowseApp(App[None], Working):
         own: dict[str, SystemCommand] = {}
         for active in screen.active_bindings.values():
             binding = active.binding
-            hidden = binding.system or binding.action == "command_palette"  # that shows this list
-            if active.enabled and binding.description and not hidden:
+            ours = binding.id in PURPOSES and binding.action != "command_palette"  # that shows this list
+            if active.enabled and ours and not binding.system:
                 title = f"{binding.description} {binding.tooltip}".strip()
                 title = title[:1].upper() + title[1:]
                 run = partial(self.call_later, self.run_action, binding.action, active.node)
                 own.setdefault(title, SystemCommand(title, f"key {self.get_key_display(binding)}", run))
         yield from own.values()
-        ours = ("Quit", "Keys")
-        yield from (command for command in super().get_system_commands(screen) if command.title not in ours)
+        titles = ("Quit", "Keys")
+        yield from (command for command in super().get_system_commands(screen) if command.title not in titles)
 
     # the end
 

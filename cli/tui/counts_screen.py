@@ -8,32 +8,33 @@ from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from rich.bar import Bar
 from rich.console import Console, ConsoleOptions, RenderResult
+from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
-from textual.widgets import Footer, Header, OptionList
+from textual.widgets import Footer, OptionList
 from textual.widgets.option_list import Option
 
 from orbitdb.answers.completeness import partial_periods
 from orbitdb.arrays import Floats, Integers
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.dialogs import ListDialog, NameList
+from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.panels.choices import equals
-from orbitdb.cli.tui.screens import LEAVING, OwnScreen, key
+from orbitdb.cli.tui.screens import LEAVING, OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import EVERY
-from orbitdb.store.connection import Moment
-from orbitdb.store.file import Reader
+from orbitdb.store.connection import Connection
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
-from orbitdb.store.where import never
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _LEAST_BINS, _MOST_BINS = 8, 40
+_EIGHTHS = ("", *"▏▎▍▌▋▊▉")
 
 DRAWN = tuple(name for name in EVERY if name not in ("code", "representative", "cycle"))
 """The columns that a histogram can show: all except those that name a word or a class."""
@@ -57,11 +58,9 @@ class Histogram(NamedTuple):
     logarithmic: bool
 
 
-def tally(
-    moment: Moment, selection: Selection, columns: Sequence[str], cancelled: Callable[[], bool] = never
-) -> dict[str, Counter[Any]]:
+def tally(moment: Connection, selection: Selection, columns: Sequence[str]) -> dict[str, Counter[Any]]:
     """Count the rows of a subset by the values of each of some columns of the view ``class``."""
-    chosen = choose(moment, selection, columns=columns, cancelled=cancelled)
+    chosen = choose(moment, selection, columns=columns)
     words = chosen.counts.tolist()
     tallies: dict[str, Counter[Any]] = {name: Counter() for name in columns}
     for name, numbers in tallies.items():
@@ -70,14 +69,12 @@ def tally(
     return tallies
 
 
-def histogram(
-    moment: Moment, selection: Selection, column: str, bins: int, cancelled: Callable[[], bool] = never
-) -> Histogram | None:
+def histogram(moment: Connection, selection: Selection, column: str, bins: int) -> Histogram | None:
     """Count the rows of a subset in at most `bins` bins of a numeric column.
 
     The edges are round numbers, or evenly spaced in the logarithm. Return None if no row has a value.
     """
-    chosen = choose(moment, selection, columns=(column,), cancelled=cancelled)
+    chosen = choose(moment, selection, columns=(column,))
     values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
     present = ~np.isnan(values)
     if not present.any():
@@ -132,40 +129,46 @@ def _without(column: str, count: int) -> list[Count]:
     return [Count("without", count, equals(column, None))] if count else []
 
 
-class CountBar(Bar):
-    """A bar drawn in eighths of a cell, so that even a small count is visible."""
+class CountBar(NamedTuple):
+    """A bar drawn in eighths of a cell; even a small count is visible."""
+
+    share: float
+    style: Style | str
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        least = 1.01 * self.size / (8 * options.max_width) if self.end else 0
-        return Bar(self.size, 0, max(self.end, least)).__rich_console__(console, options)
+        eighths = max(round(8 * options.max_width * self.share), 1 if self.share else 0)
+        yield Text("█" * (eighths // 8) + _EIGHTHS[eighths % 8], self.style)
 
 
-def lines_of(counts: Sequence[Count]) -> Iterator[Table]:
+def lines_of(counts: Sequence[Count], style: Style | str = "") -> Iterator[Table]:
     """Yield one line per count: its label, the number, and a bar; the longest bar fills the width."""
     labels, numbers = (max((len(text) for text in texts), default=0) for texts in (
         [count.label for count in counts], [f"{count.rows:,}" for count in counts]
     ))  # fmt: skip
-    most = max((count.rows for count in counts if count.label != "without"), default=0)
+    most = max((count.rows for count in counts if count.label != "without"), default=0) or 1
     for label, count, _ in counts:
         line = Table.grid(padding=(0, 1, 0, 0), expand=True)
         line.add_column(justify="right", no_wrap=True, width=labels)
         line.add_column(justify="right", no_wrap=True, width=numbers)
         line.add_column(ratio=1)
-        line.add_row(label, f"{count:,}", "" if label == "without" else CountBar(most, 0, count))
+        line.add_row(label, f"{count:,}", "" if label == "without" else CountBar(count / most, style))
         yield line
 
 
 class CountsList(NameList):
     """Counts in groups, each with a title, unless it is empty; enter or a click chooses a count."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("enter", "select", "filter", tooltip="by the line under the cursor")
-    ]
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"counts--bar"}
+    BINDINGS: ClassVar[list[BindingType]] = purpose(
+        "choose rows",
+        Binding("enter", "select", "filter", tooltip="by the line under the cursor", key_display="enter"),
+    )
 
     def show(self, groups: Mapping[str, Sequence[Count]]) -> None:
         self.clear_options()
+        style = self.get_component_rich_style("counts--bar", partial=True)
         for title, counts in groups.items():
-            lines = zip(lines_of(counts), counts, strict=True)
+            lines = zip(lines_of(counts, style), counts, strict=True)
             options = [Option(line, f"{title}:{count.condition}") for line, count in lines]
             options = options or [Option("none", disabled=True)]
             if title:
@@ -180,19 +183,21 @@ class CountsScreen(OwnScreen[str | None]):
     It closes with the SQL condition of the count that was chosen, if any.
     """
 
-    BINDING_GROUP_TITLE = "Counts"
     BINDINGS: ClassVar[list[BindingType]] = [
         *LEAVING,
-        key("d", "dismiss", "back", tooltip="to the orbits"),
-        Binding("s", "column", "column", tooltip="of the histogram"),
-        Binding("right_square_bracket", "next_column(1)", "next column"),
-        key("left_square_bracket", "next_column(-1)", "previous column"),
-        Binding("e", "export", "export", tooltip="the histogram as a figure"),
+        *purpose(
+            "other",
+            key("d", "dismiss", "back", tooltip="to the orbits"),
+            Binding("s", "column", "column", tooltip="of the histogram"),
+            Binding("right_square_bracket", "next_column(1)", "next column"),
+            key("left_square_bracket", "next_column(-1)", "previous column"),
+            Binding("e", "export", "save", tooltip="the histogram as a figure"),
+        ),
     ]
 
     column: reactive[str] = reactive("length", init=False, repaint=False)
 
-    def __init__(self, catalogue: Reader, selection: Selection, column: str) -> None:
+    def __init__(self, catalogue: Catalogue, selection: Selection, column: str) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self.set_reactive(CountsScreen.column, column if column in DRAWN else "length")
@@ -200,7 +205,7 @@ class CountsScreen(OwnScreen[str | None]):
         self._drawn: Sequence[Count] = ()
 
     def compose(self) -> ComposeResult:
-        yield Header()
+        yield TopLine()
         with Horizontal(id="counts"):
             yield CountsList(id="tallies")
             yield CountsList(id="histogram")
@@ -230,8 +235,8 @@ class CountsScreen(OwnScreen[str | None]):
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[dict[str, list[Count]], str]:
         """Return the counts by each of the columns `_BY`, and a note on partial periods."""
-        with self._catalogue.moment() as moment:
-            tallies = tally(moment, self._selection, _BY, cancelled)
+        with self._catalogue.snapshot(cancelled) as moment:
+            tallies = tally(moment, self._selection, _BY)
             partly = ", ".join(map(str, partial_periods(moment, self._selection)))
         groups = {name: counts_by(name, counts) for name, counts in tallies.items()}
         return groups, f"partial periods: {partly}" if partly else ""
@@ -244,10 +249,10 @@ class CountsScreen(OwnScreen[str | None]):
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[list[Count], str]:
         """Return the counts of the values of a column, or of ranges of its values, and a note."""
-        with self._catalogue.moment() as moment:
+        with self._catalogue.snapshot(cancelled) as moment:
             if EVERY[column].kind != "number":  # integers or texts
-                return counts_by(column, tally(moment, self._selection, (column,), cancelled)[column]), ""
-            binned = histogram(moment, self._selection, column, bins, cancelled)
+                return counts_by(column, tally(moment, self._selection, (column,))[column]), ""
+            binned = histogram(moment, self._selection, column, bins)
         if binned is None:
             return [], ""
         even = "bins of equal width in the logarithm" if binned.logarithmic else ""
@@ -269,7 +274,7 @@ class CountsScreen(OwnScreen[str | None]):
         if not counts:
             self.notify("there is nothing to draw")
             return
-        draw = partial(save_figure, "draw_counts", (counts, column, title))
+        draw = partial(save_figure, "screen.counts", (counts, column, title))
         ask_for_file(self, f"{column}.png", f"the histogram of {column}", draw)
 
     def action_column(self) -> None:

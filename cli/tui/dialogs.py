@@ -1,5 +1,6 @@
 """Dialogs that ask for a line of text, or for names from a list."""
 
+import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, ClassVar
 
@@ -8,10 +9,12 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Vertical
 from textual.events import Key
+from textual.suggester import Suggester
 from textual.widgets import Input, Label, OptionList
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import code_text
+from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.screens import Dialog, Field, key
 from orbitdb.cli.tui.stored import EVERY, USUAL
 from orbitdb.errors import InputError, StoreError
@@ -24,7 +27,9 @@ Names = tuple[str, ...]
 class NameList(OptionList):
     """A list in which j and k move the cursor, as in the table."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [key("j", "cursor_down"), key("k", "cursor_up")]
+    BINDINGS: ClassVar[list[BindingType]] = purpose(
+        "move", key("j,down", "cursor_down", "next line"), key("k,up", "cursor_up", "previous line")
+    )
 
 
 class LineDialog(Dialog[str | None]):
@@ -36,6 +41,8 @@ class LineDialog(Dialog[str | None]):
     AUTO_FOCUS = "Input"
     EMPTY: str | None = None
     """The answer if the line is empty."""
+    HINT = "enter accepts, escape cancels"
+    SUGGESTER: Suggester | None = None
     BINDINGS: ClassVar[list[BindingType]] = [key("up", "older(1)"), key("down", "older(-1)")]
 
     def __init__(
@@ -56,10 +63,10 @@ class LineDialog(Dialog[str | None]):
         others = self._lines[:-1]
         with Vertical(classes="dialog bottom") as box:
             box.border_title = self._title
-            box.border_subtitle = "enter accepts, escape cancels" + (", ↑ ↓ choose" if others else "")
+            box.border_subtitle = self.HINT + (", ↑ ↓ choose" if others else "")
             if others:
                 yield NameList(*map(Text, others), classes="others")
-            yield Field(self._lines[-1], placeholder=self._placeholder)
+            yield Field(self._lines[-1], placeholder=self._placeholder, suggester=self.SUGGESTER)
             yield Label("", classes="complaint", markup=False)
 
     def on_input_changed(self, event: Input.Changed) -> None:
@@ -103,6 +110,20 @@ class LineDialog(Dialog[str | None]):
             listed.highlighted = place if place < listed.option_count else None
 
 
+class ColumnSuggester(Suggester):
+    """Completes the name of a column at the end of a filter, with the first column that begins so."""
+
+    def __init__(self) -> None:
+        super().__init__(use_cache=False, case_sensitive=True)
+
+    async def get_suggestion(self, value: str) -> str | None:
+        """Return the completed line; None if it ends within quotes, or with no beginning of a name."""
+        word = re.search(r"(?<![:\w])[a-z]\w*$", value)
+        if word is None or value.count("'") % 2 or word[0] in EVERY:
+            return None
+        return next((value[: word.start()] + name for name in EVERY if name.startswith(word[0])), None)
+
+
 class FilterDialog(LineDialog):
     """Ask for a filter, pass every valid line on as it is typed, and show what the rows report about it.
 
@@ -110,6 +131,8 @@ class FilterDialog(LineDialog):
     """
 
     EMPTY = ""
+    HINT = "→ completes, enter accepts, escape cancels"
+    SUGGESTER = ColumnSuggester()
 
     def __init__(
         self, where: str, check: Callable[[str], str], filters: Sequence[str], follow: Callable[[str], object]

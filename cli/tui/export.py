@@ -10,10 +10,10 @@ from typing import Any
 from textual.message import Message
 
 from orbitdb.answers.completeness import describe_partial, partial_periods
-from orbitdb.answers.export import FIGURES, FORMATS, TEXT_WRITERS, complete, write_file
+from orbitdb.answers.export import FIGURES, FORMATS, TEXT_WRITERS, complete
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import code_text
-from orbitdb.cli.reading import provenance
 from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import Ordering
@@ -21,12 +21,10 @@ from orbitdb.columns import WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.plots.registry import load_function
 from orbitdb.plots.svg import orbit_svg
-from orbitdb.store.file import Reader
-from orbitdb.store.query import choose
-from orbitdb.store.rows import rows_of
+from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
-from orbitdb.store.where import never
 from orbitdb.text import exact
 
 _WIDTH = 800
@@ -75,7 +73,7 @@ def ask_for_file(
 
 
 def write_rows(
-    catalogue: Reader | None,
+    catalogue: Catalogue | None,
     selection: Selection,
     ordering: Ordering,
     path: Path,
@@ -84,16 +82,15 @@ def write_rows(
     """Write the rows of a subset; once `cancelled` returns True, writing stops and leaves no file."""
     if catalogue is None:
         raise InputError("there are no rows to write")
-    with catalogue.moment() as moment:
-        chosen = choose(moment, selection, str(ordering), cancelled=cancelled)
-        rows = rows_of(moment, chosen, WRITTEN, cancelled=cancelled)
+    with catalogue.snapshot(cancelled) as moment:
+        listing = catalogue.rows(selection, columns=WRITTEN, order=str(ordering))
         if path.suffix == ".parquet":
-            write_file(path, "parquet", WRITTEN, rows, provenance(moment, [selection], False))
+            count = listing.write(path, force=True)
         else:
             with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
-                TEXT_WRITERS[path.suffix[1:]](file, WRITTEN, rows)
+                count = TEXT_WRITERS[path.suffix[1:]](file, WRITTEN, listing)
         partial = partial_periods(moment, selection)
-    message = f"{len(chosen):,} rows written to {path}"
+    message = f"{count:,} rows written to {path}"
     return f"{message}; {describe_partial(partial, selection.a)}" if partial else message
 
 
@@ -102,21 +99,21 @@ def save_orbit(orbit: Orbit | None, in_phase_space: bool, path: Path) -> str:
     if orbit is None or orbit.points is None:
         raise InputError("there is no orbit to draw")
     if in_phase_space:
-        return save_figure("draw_phase", [orbit], path)
+        return save_figure("phase_space.phase_space_of", [orbit], path)
     if path.suffix != ".svg":
-        return save_figure("draw_orbit", [orbit], path)
+        return save_figure("orbits.orbit", [orbit], path)
     code = code_text(orbit.code)
     title = f"The orbit {code} at a = {exact(orbit.a)}"
     with complete(path) as draft:
-        drawn = orbit_svg(Stadium(orbit.a), orbit.points, title, _WIDTH)
+        drawn = orbit_svg(Stadium(orbit.a), orbit.points, orbit.code, title, _WIDTH)
         draft.write_text(drawn + "\n", encoding="utf-8")
     return f"{code} drawn in {path}"
 
 
 def save_figure(name: str, arguments: Sequence[Any], path: Path) -> str:
-    """Save the figure that a function of `orbitdb.cli.figures.orbits` draws; return a message about it."""
+    """Save the figure that a function of `orbitdb.plots` draws, ``module.function``; return a message."""
     style = load("orbitdb.plots.style", "a figure", "plot")
-    figure = getattr(load("orbitdb.cli.figures.orbits", "a figure", "plot"), name)(*arguments)
+    figure = load_function(name)(*arguments)
     title = str(figure.get_label())
     with complete(path) as draft:
         style.save(figure, draft, path.suffix[1:], title)

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from textual.app import ComposeResult
-from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.content import Content
+from textual.containers import Horizontal, VerticalScroll
 from textual.message import Message
-from textual.widgets import Button, Input, Label, Static
+from textual.widgets import Button, Input, Label
 
 from orbitdb.cli.tui.dialogs import half_length
 from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
@@ -19,7 +18,7 @@ from orbitdb.progress import Tell, Work
 from orbitdb.store.selection import Selection, fillable, periods_up_to
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.words import parse, primitive_root
-from orbitdb.text import exact, printable, several
+from orbitdb.text import exact, several
 
 _FIELDS = (
     ("a", "half length a", ""),
@@ -87,7 +86,7 @@ def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
     if not coming.words:
         return f"these periods are already filled {at}: nothing to do", 0
     check_room(path, coming)
-    takes = f"{about(coming.seconds)}, {gigabytes(coming.bytes)}"
+    takes = f"{about(coming.seconds)}, up to {gigabytes(coming.bytes)}"
     return f"{_words(coming.words)} to fill {at}: {takes}", coming.words
 
 
@@ -101,25 +100,6 @@ def fill_wish(path: Path, wish: Wish, tell: Tell) -> None:
     for count, word in enumerate(wish.words, 1):
         catalogue.fill_word(word)
         tell(count, len(wish.words), "words")
-
-
-_GREETING = """\
-[b]Nothing is stored here yet.[/b]
-
-$path
-
-Press [b]f[/b] to fill the catalogue. Periods up to 11 take a few seconds
-and contain 89,789 words, those of the paper's Table 1.
-
-Press [b]c[/b] to type a code, such as 1232131, and see its orbit.
-Press [b]?[/b] for the keys, [b]q[/b] to quit."""
-
-
-class Greeting(Vertical):
-    """What the screen shows in place of an empty catalogue."""
-
-    def __init__(self, path: Path) -> None:
-        super().__init__(Static(Content.from_markup(_GREETING, path=printable(str(path)))), id="greeting")
 
 
 class FillDialog(Dialog[None]):
@@ -158,8 +138,8 @@ class FillDialog(Dialog[None]):
             yield Label("", id="cost", markup=False)
             yield Label("", id="progress", markup=False)
             with Horizontal(classes="buttons"):
-                yield Button("Fill", id="start", variant="primary")
-                yield Button("Stop", id="stop", variant="error")
+                yield Button("Fill", id="start", compact=True)
+                yield Button("Stop", id="stop", compact=True)
 
     def on_mount(self) -> None:
         self.watch(self.app, "fill_state", self._follow)
@@ -168,8 +148,8 @@ class FillDialog(Dialog[None]):
 
     def _follow(self, state: FillState | None) -> None:
         self._fills = runs = state is not None and state.runs
-        self.query_one("#start", Button).disabled = runs
-        self.query_one("#stop", Button).disabled = not runs
+        self.query_one("#start").display = not runs
+        self.query_one("#stop").display = runs
         self.query_one(VerticalScroll).border_subtitle = f"escape closes this{'; the fill continues' * runs}"
         self.query_one("#cost").display = not runs
         self._weigh_fields()

@@ -11,17 +11,20 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
-from textual.widgets import Footer, Header, HelpPanel
+from textual.widgets import Footer
 
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.dialogs import FilterDialog
-from orbitdb.cli.tui.fill_dialog import FillDialog, Greeting
+from orbitdb.cli.tui.fill_dialog import FillDialog
+from orbitdb.cli.tui.greeting import Greeting
+from orbitdb.cli.tui.help import KeysPanel, purpose
 from orbitdb.cli.tui.panels.choices import Choices, View, equals
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.panels.facts import FactsPanel
 from orbitdb.cli.tui.panels.orbit_panel import OrbitPanel
+from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.panels.rows_panel import RowsPanel
-from orbitdb.cli.tui.screens import OwnScreen, key
+from orbitdb.cli.tui.screens import OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import CatalogueFile, Kept, Ordering
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
@@ -29,6 +32,8 @@ from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
 from orbitdb.symbols.words import least_rotation
 from orbitdb.text import exact
+
+_SECONDS_BETWEEN_LOOKS = 2.0
 
 
 def _to(part: str, action: str) -> str:
@@ -42,47 +47,71 @@ class MainScreen(OwnScreen[None]):
     (`OrbitPanel.sought`). If that orbit has no row, it stays until the cursor moves.
     """
 
-    BINDING_GROUP_TITLE = "Orbits"
     BINDINGS: ClassVar[list[BindingType]] = [
-        key("0", _to("position", "digit(0)"), "go to", tooltip="a period or code", key_display="0 .. 9"),
-        *(key(digit, _to("position", f"digit({digit})"), system=True) for digit in "123456789"),
-        key("backspace", _to("position", "take_back"), "delete", tooltip="the last digit"),
-        Binding("c", _to("side", "code"), "code", tooltip="in any rotation, stored or not"),
-        key("enter", "whole", "all facts", tooltip="about the orbit, or back"),
-        Binding("q", "back(True)", "back", tooltip="to the rows"),
-        key("n", _to("table", "move(1)"), "next orbit"),
-        key("p", _to("table", "move(-1)"), "previous orbit"),
-        key("T,t", _to("side", f"move_in_class({REVERSE})"), "time reverse"),
-        key("X,x", _to("side", f"move_in_class({MIRROR_X})"), "left-right mirror image"),
-        key("Y", _to("side", f"move_in_class({MIRROR_Y})"), "up-down mirror image"),
-        key("escape", "back", "back", tooltip="to the row"),
-        key("space", _to("side", "draw('particle')"), "particle", tooltip="starts or stops"),
-        Binding("v", _to("side", "draw('view')"), "view", tooltip="stadium or phase space"),
-        key("less_than_sign", _to("side", "follow(False)"), "smaller a", tooltip="for this orbit"),
-        key("greater_than_sign", _to("side", "follow(True)"), "larger a", tooltip="for this orbit"),
-        key("comma", _to("side", "follow(False, True)"), "birth or death", tooltip="at the next smaller a"),
-        key("full_stop", _to("side", "follow(True, True)"), "birth or death", tooltip="at the next larger a"),
-        Binding("slash", _to("chips", "filter"), "filter", tooltip="the rows, as with --where"),
-        key("equals_sign", "filter_value", "filter", tooltip="by the value under the cursor"),
-        key("u", "past_view", "undo", tooltip="the last filter, order, columns or a"),
-        key("o", _to("chips", "turn('statuses', 1)"), "next status"),
-        key("O", _to("chips", "statuses"), "choose statuses", tooltip="from a list"),
-        key("r", _to("chips", "turn('time_reversal', 1)"), "time reversal", tooltip="self, pairs or all"),
-        key("right_square_bracket", _to("chips", "turn('periods', 1)"), "next period"),
-        key("left_square_bracket", _to("chips", "turn('periods', -1)"), "previous period"),
-        key("a", _to("chips", "half_length"), "another a"),
-        Binding("s", _to("rows", "sort"), "sort", tooltip="by a column"),
-        key("R", _to("rows", "reverse_order"), "reverse the order"),
-        key("C", _to("rows", "columns"), "choose columns"),
-        Binding("S", "statistics", "stats", tooltip="by period"),
-        Binding("d", "counts", "counts", tooltip="and histograms"),
-        key("asterisk", "mark", "mark", tooltip="the orbit, or remove its mark"),
-        key("apostrophe", _to("chips", "marked"), "marked orbits", tooltip="only, or all"),
-        key("y", _to("side", "copy"), "copy", tooltip="the code"),
-        key("E", "copy_view", "copy", tooltip="the view as a command or in Python"),
-        Binding("e", "export", "export", tooltip="to a file"),
-        Binding("f", "fill", "fill", tooltip="the catalogue"),
-        key("ctrl+r,f5", "look_again", "reload", tooltip="the file"),
+        *purpose(
+            "move",
+            key("0", _to("rows", "digit(0)"), "go to", tooltip="a period or code", key_display="0 .. 9"),
+            *(key(digit, _to("rows", f"digit({digit})"), system=True) for digit in "123456789"),
+            key(
+                "backspace",
+                _to("rows", "take_back"),
+                "delete",
+                tooltip="the last digit",
+                key_display="backspace",
+            ),
+            key("n", _to("table", "move(1)"), "next orbit"),
+            key("p", _to("table", "move(-1)"), "previous orbit"),
+            key("escape", "back", "back", tooltip="to the row"),
+            Binding("q", "back(True)", "back", tooltip="to the rows"),
+        ),
+        *purpose(
+            "orbit",
+            Binding("c", _to("side", "code"), "code", tooltip="in any rotation, stored or not"),
+            Binding("enter", "whole", "facts", tooltip="about the orbit, all, or back", key_display="enter"),
+            key("v", _to("side", "draw('view')"), "view", tooltip="stadium or phase space"),
+            key("space", _to("side", "draw('particle')"), "particle", tooltip="starts or stops"),
+            key("T,t", _to("side", f"move_in_class({REVERSE})"), "time reverse"),
+            key("X,x", _to("side", f"move_in_class({MIRROR_X})"), "left-right mirror image"),
+            key("Y", _to("side", f"move_in_class({MIRROR_Y})"), "up-down mirror image"),
+            key("less_than_sign", _to("side", "follow(False)"), "smaller a", tooltip="for this orbit"),
+            key("greater_than_sign", _to("side", "follow(True)"), "larger a", tooltip="for this orbit"),
+            key(
+                "comma", _to("side", "follow(False, True)"), "birth or death", tooltip="at the next smaller a"
+            ),
+            key(
+                "full_stop",
+                _to("side", "follow(True, True)"),
+                "birth or death",
+                tooltip="at the next larger a",
+            ),
+            key("y", _to("side", "copy"), "copy", tooltip="the code"),
+            key("asterisk", "mark", "mark", tooltip="the orbit, or remove its mark"),
+        ),
+        *purpose(
+            "choose rows",
+            key("a", _to("chips", "half_length"), "another a"),
+            key("right_square_bracket", _to("chips", "turn('periods', 1)"), "next period"),
+            key("left_square_bracket", _to("chips", "turn('periods', -1)"), "previous period"),
+            key("o", _to("chips", "turn('statuses', 1)"), "next status"),
+            key("O", _to("chips", "statuses"), "choose statuses", tooltip="from a list"),
+            key("r", _to("chips", "turn('time_reversal', 1)"), "time reversal", tooltip="self, pairs or all"),
+            key("slash", _to("chips", "filter"), "filter", tooltip="the rows, as with --where"),
+            key("equals_sign", "filter_value", "filter", tooltip="by the value under the cursor"),
+            key("apostrophe", _to("chips", "marked"), "marked orbits", tooltip="only, or all"),
+            key("u", "past_view", "undo", tooltip="the last filter, order, columns or a"),
+            Binding("s", _to("rows", "sort"), "sort", tooltip="by a column"),
+            key("R", _to("rows", "reverse_order"), "reverse the order"),
+            key("C", _to("rows", "columns"), "choose columns"),
+        ),
+        *purpose(
+            "other",
+            Binding("S", "statistics", "stats", tooltip="by period"),
+            Binding("d", "counts", "counts", tooltip="and histograms"),
+            Binding("E", "copy_view", "copy", tooltip="the view as a command or in Python"),
+            Binding("e", "export", "save", tooltip="the rows or the picture to a file"),
+            Binding("f", "fill", "fill", tooltip="the catalogue"),
+            key("ctrl+r,f5", "look_again", "reload", tooltip="the file"),
+        ),
     ]
 
     whole: reactive[bool] = reactive(False, init=False, repaint=False, bindings=True, toggle_class="-whole")
@@ -94,17 +123,20 @@ class MainScreen(OwnScreen[None]):
         self.choices = Choices(file, kept, selection)
         self.rows = RowsPanel(file, kept)
         self.side = OrbitPanel(file, selection.a)
+        self._stamp: tuple[int, ...] = ()
+        self._lacking: tuple[int, ...] = ()  # the file when it last lacked a row
+        self._filled: list[int] = []  # the periods filled at this a when last asked
         self._view = self.view
         self._past: list[View] = []
         self._word: str | None = None  # the word under the cursor before a filter was typed
 
     def compose(self) -> ComposeResult:
-        yield Header()
+        yield TopLine()
         yield self.choices
-        yield Greeting(self._file.path)
         with Horizontal(id="body"):
             yield self.rows
             yield self.side
+        yield Greeting()
         yield Footer(show_command_palette=False, compact=True)
 
     def on_mount(self) -> None:
@@ -118,6 +150,7 @@ class MainScreen(OwnScreen[None]):
         self.watch(self.side, "sought", self.rows.go_to, init=False)
         self.watch(self.app, "fill_state", self.say_choices)
         self.action_look_again()
+        self.set_interval(_SECONDS_BETWEEN_LOOKS, self.look_for_deletions)
         self.rows.table.focus()
         if self._code is not None:
             self.call_next(self.side.ask_for, self._code)
@@ -158,18 +191,49 @@ class MainScreen(OwnScreen[None]):
 
     def action_look_again(self) -> None:
         """Read the file at the start, and read it again after changes or on request."""
+        self._stamp = self._file.stamp()
         filled = self._file.a_values()
+        self._filled = self._file.periods(self.choices.selection.a)
         self.set_class(not filled and self.side.orbit is None, "-empty")
         self.rows.total = None
         self.say_choices()
         if filled:
             self.rows.read(self.choices.selection)
 
+    def look_for_deletions(self) -> None:
+        """Notice that another process has deleted periods, if the file has changed since the last look."""
+        a = self.choices.selection.a
+
+        def compare(filled: list[int]) -> None:
+            if a == self.choices.selection.a:
+                before, self._filled = self._filled, filled
+                if set(before) - set(filled):
+                    self._read_anew()
+
+        if self._stamp != (stamp := self._file.stamp()):
+            self._stamp = stamp
+            self.in_thread("look", lambda _: self._file.periods(a), compare)
+
+    def on_paged_table_deleted(self, message: PagedTable.Deleted) -> None:
+        """Read the rows again; if the same file lacks rows again, it is damaged."""
+        if self._file.stamp() == self._lacking:
+            self.rows.fail(message.reason)
+        else:
+            self._lacking = self._file.stamp()
+            self._read_anew()
+
+    def _read_anew(self) -> None:
+        self.notify("deleted meanwhile, by another process: the file is read anew")
+        self.side.clear(self.choices.selection.a)
+        self.rows.forget()
+        self.action_look_again()
+
     def _take_selection(self, old: Selection, selection: Selection) -> None:
         """Show the new subset; at another a, clear the screen first, and find the word of the facts again."""
         self._remember()
         orbit, trying = self.side.orbit, self.choices.trying
         if selection.a != old.a:
+            self._filled = self._file.periods(selection.a)
             self.side.clear(selection.a)
             self.rows.forget()
         if trying:
@@ -183,7 +247,7 @@ class MainScreen(OwnScreen[None]):
         """Go to a pasted period or code as if it were typed; look up a word in run notation."""
         text = event.text.strip()
         if text.isdecimal() and text.isascii():
-            self.rows.position.take(text)
+            self.rows.type(text)
         else:
             try:
                 self.side.ask_for(text)
@@ -232,14 +296,14 @@ class MainScreen(OwnScreen[None]):
     def action_back(self, leave: bool = False) -> None:
         """Go back one step: from the help, the facts, an orbit other than the row's, or typed digits."""
         row, orbit = self.rows.table.row, self.side.orbit
-        if self.query(HelpPanel) and not leave:
-            self.app.action_hide_help_panel()
+        if not leave and (keys := self.query(KeysPanel)):
+            keys.remove()
         elif self.whole:
             self.whole = False
         elif row is not None and (orbit is None or (orbit.code, orbit.a) != (row[0], self.side.home)):
             self.side.show_word(row[0], anew=True)
         else:
-            self.rows.position.give_up_digits()
+            self.rows.give_up_digits()
 
     def _take_orbit(self, orbit: Orbit | None) -> None:
         """Show the panels once there is an orbit; while all its facts are shown, name it in the subtitle."""

@@ -10,6 +10,7 @@ from textual.await_complete import AwaitComplete
 from textual.binding import Binding, BindingType
 from textual.command import CommandPalette
 from textual.containers import Horizontal, ScrollableContainer, Vertical
+from textual.content import Content
 from textual.dom import DOMNode
 from textual.events import Key
 from textual.screen import ModalScreen, Screen
@@ -17,17 +18,19 @@ from textual.widget import Widget
 from textual.widgets import Button, Input, Label
 from textual.worker import Worker
 
+from orbitdb.cli.tui.help import purpose
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.where import CancelledError
 
 Result = TypeVar("Result")
 Answer = TypeVar("Answer")
 
-# Textual's help shows the description of a key, then its tooltip; the footer shows the description.
+# The help shows the description of a key, then its tooltip; the footer shows the description.
 key = partial(Binding, show=False)
 """Make a binding that the footer does not show."""
 
-SCROLLING: list[BindingType] = [
+SCROLLING: list[BindingType] = purpose(
+    "move",
     key("j,down", "scroll_by(0, 1)", "down"),
     key("k,up", "scroll_by(0, -1)", "up"),
     key("pagedown", "scroll_by(0, 1, True)", "next page"),
@@ -36,12 +39,13 @@ SCROLLING: list[BindingType] = [
     key("G,end", "scroll_end", "to the end"),
     key("l,right", "scroll_by(1, 0)", "right"),
     key("h,left", "scroll_by(-1, 0)", "left"),
-]
+)
 
-LEAVING: list[BindingType] = [
+LEAVING: list[BindingType] = purpose(
+    "other",
     Binding("escape", "dismiss", "back", tooltip="to the orbits"),
     key("q", "dismiss", "back", tooltip="to the orbits"),
-]
+)
 
 
 class Working(DOMNode):
@@ -115,7 +119,6 @@ class Scrolling(Widget):
 class ScrollBox(ScrollableContainer, Scrolling):
     """A scrolling box with the movement keys of the table."""
 
-    BINDING_GROUP_TITLE = "Scrolling"
     BINDINGS = SCROLLING
 
 
@@ -126,6 +129,20 @@ class Field(Input):
         """Leave printable characters to the application, which inserts them."""
         if event.is_printable:
             event.prevent_default()
+
+
+class TopLine(Horizontal):
+    """The first line of a screen: the program and the file on the left, the subtitle on the right."""
+
+    def compose(self) -> ComposeResult:
+        program, _, file = str(self.app.title).partition(" ")
+        yield Label(Content.assemble((program, "bold $foreground"), f"  {file}"), id="program")
+        yield Label(id="subtitle", markup=False)
+
+    def on_mount(self) -> None:
+        self.watch(
+            self.screen, "sub_title", lambda text: self.query_one("#subtitle", Label).update(text or "")
+        )
 
 
 class OwnScreen(Screen[Result], Working):
@@ -162,8 +179,8 @@ class QuestionDialog(Dialog[bool | None]):
         with Vertical(classes="dialog"):
             yield Label(self._question, markup=False)
             with Horizontal(classes="buttons"):
-                yield Button(f"{self._no} (n)", id="no", variant="primary")
-                yield Button(f"{self._yes} (y)", id="yes", variant="error")
+                yield Button(f"{self._no} (n)", id="no", compact=True)
+                yield Button(f"{self._yes} (y)", id="yes", compact=True)
 
     def on_button_pressed(self, event: Button.Pressed) -> None:
         self.dismiss(event.button.id == "yes")

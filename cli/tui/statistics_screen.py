@@ -10,7 +10,7 @@ from rich.table import Table
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container
-from textual.widgets import Footer, Header, Static
+from textual.widgets import Footer, Static
 
 from orbitdb.answers.entropy import enclosure, entropy_of_rows, outside
 from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, lyapunov_of_rows
@@ -18,12 +18,14 @@ from orbitdb.answers.results import PROVED, Result
 from orbitdb.answers.whole_periods import read_noted
 from orbitdb.averages.by_period import Weight
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
+from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.panels.canvas import Curve, Plot
-from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox
+from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox, TopLine
 from orbitdb.errors import InputError
-from orbitdb.store.file import Reader
-from orbitdb.store.fills import best_reference, read_fills
+from orbitdb.store.fills import read_fills
+from orbitdb.store.results import best_reference
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.text import concise, with_error
@@ -49,10 +51,10 @@ def columns() -> tuple[str, ...]:
     return ("p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", *first, *others)
 
 
-def statistics(catalogue: Reader, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
+def statistics(catalogue: Catalogue, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
     """Return the counts, entropies and Lyapunov averages of a subset for each of its whole periods."""
     notes: list[str] = []
-    with catalogue.moment() as moment:
+    with catalogue.snapshot() as moment:
         subset = read_noted(moment, selection, notes, swept=True)
         proved, line = enclosure(moment, selection.a)
     if subset is None:
@@ -105,16 +107,18 @@ def curves_of(result: Result, reference: Reference | None) -> dict[str, list[Cur
 class StatisticsScreen(OwnScreen[str | None]):
     """Averages over the chosen orbits by period, as a table and as curves."""
 
-    BINDING_GROUP_TITLE = "Statistics"
     BINDINGS: ClassVar[list[BindingType]] = [
         *LEAVING,
-        Binding("w", "weight", "weight", tooltip="exp or det"),
-        Binding("e", "export", "export", tooltip="the curves as a figure"),
-        Binding("m", "more", "more", tooltip="periods, which takes longer"),
-        Binding("t", "trajectories", "trajectories", tooltip="to compare with, more each time"),
+        *purpose(
+            "other",
+            Binding("w", "weight", "weight", tooltip="exp or det"),
+            Binding("e", "export", "save", tooltip="the curves as a figure"),
+            Binding("m", "more", "more", tooltip="periods, which takes longer"),
+            Binding("t", "trajectories", "trajectories", tooltip="to compare with, more each time"),
+        ),
     ]
 
-    def __init__(self, catalogue: Reader, selection: Selection) -> None:
+    def __init__(self, catalogue: Catalogue, selection: Selection) -> None:
         super().__init__()
         self._catalogue, self._selection = catalogue, selection
         self.result: Result | None = None
@@ -124,7 +128,7 @@ class StatisticsScreen(OwnScreen[str | None]):
         self._bounces = FIRST_BOUNCES
 
     def compose(self) -> ComposeResult:
-        yield Header()
+        yield TopLine()
         with ScrollBox(id="statistics"):
             yield Static("reading …", id="numbers")
             yield Static(id="notes", markup=False)
@@ -150,7 +154,7 @@ class StatisticsScreen(OwnScreen[str | None]):
     def averages(self, weight: Weight, everything: bool = False) -> tuple[Result | None, str]:
         """Return the averages over the first periods, which are fast, or over all; and a note on the rest."""
         chosen = self._selection
-        with self._catalogue.moment() as moment:
+        with self._catalogue.snapshot() as moment:
             filled = [fill.p for fill in read_fills(moment, chosen.a) if chosen.includes(fill.p)]
         later = [p for p in filled if p > FIRST]
         if everything or not later:
@@ -167,7 +171,7 @@ class StatisticsScreen(OwnScreen[str | None]):
         self._show()
 
     def _stored_reference(self, _: object) -> Reference | None:
-        with self._catalogue.moment() as moment:
+        with self._catalogue.snapshot() as moment:
             return best_reference(moment, self._selection.a)
 
     def _show_stored(self, reference: Reference | None) -> None:
@@ -210,7 +214,7 @@ class StatisticsScreen(OwnScreen[str | None]):
         if self.result is None:
             return
         curves, title = curves_of(self.result, self.reference), self._selection.describe()
-        draw = partial(save_figure, "draw_curves", (curves, _TITLES, title))
+        draw = partial(save_figure, "screen.curves", (curves, _TITLES, title))
         ask_for_file(self, "statistics.png", "the three plots, one below another", draw)
 
     def action_weight(self) -> None:
@@ -228,10 +232,15 @@ def _described(one: Reference) -> str:
 
 
 def _as_table(result: Result) -> Table:
-    table = Table(box=None, padding=(0, 1, 0, 0), pad_edge=False, header_style="bold")
+    table = Table(box=None, padding=(0, 2, 0, 0), pad_edge=False, header_style="bold")
     names = columns()
+    short = {
+        average.of(exponent): f"λ{exponent.removeprefix('lambda')}\n{average.brief}"
+        for exponent in EXPONENTS
+        for average in AVERAGES
+    }
     for name in names:
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(short.get(name, f"\n{name}"), justify="right", no_wrap=True)
     errors = [result.columns.get(f"{name}_error") for name in names]
     for place, row in enumerate(result.rows(names)):
         cells = zip(names, row, errors, strict=True)

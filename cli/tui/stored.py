@@ -2,22 +2,19 @@
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from textual.cache import LRUCache
 
 from orbitdb.answers.export import complete
+from orbitdb.catalogue import Catalogue
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.connection import Moment
-from orbitdb.store.file import Reader, check_file
-from orbitdb.store.fills import read_fills
-from orbitdb.store.lookup import a_values, born_with, certificate_of, find_or_solve
 from orbitdb.store.query import position_of
 from orbitdb.store.rows import Chosen, rows_of
 from orbitdb.store.selection import Selection
@@ -28,8 +25,6 @@ Certificate = tuple[float, int] | None
 Partners = Sequence[tuple[float, list[str]]]
 """The a of each birth of a word, with the representatives of the classes born there on the same path."""
 
-Answer = TypeVar("Answer")
-
 _MOST_FILTERS = 50
 
 
@@ -38,42 +33,38 @@ class CatalogueFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._reader: Reader | None = None
-        check_file(path)
+        self.catalogue = Catalogue(path, missing_ok=True)
 
     @property
-    def reader(self) -> Reader | None:
-        if self._reader is None and check_file(self.path) is not None:
-            self._reader = Reader(self.path)
-        return self._reader
-
-    def _ask(self, question: Callable[[Moment], Answer], otherwise: Answer) -> Answer:
-        """Return the answer that a question gets from the file, or `otherwise` if there is no file."""
-        if self.reader is None:
-            return otherwise
-        with self.reader.moment() as moment:
-            return question(moment)
+    def reader(self) -> Catalogue | None:
+        return None if self.catalogue.missing else self.catalogue
 
     def find(self, word: str, a: float) -> Orbit:
         """Return the stored orbit of a word at this a, or solve the word if it is not stored."""
-        return find_or_solve(self.path if self.reader else None, word, a)
+        return self.catalogue.orbit(word, a=a)
+
+    def stamp(self) -> tuple[int, ...]:
+        """Return numbers that change whenever somebody writes to the file."""
+        stamps = []
+        for ending in ("", "-wal"):
+            with suppress(OSError):
+                found = Path(f"{self.path}{ending}").stat()
+                stamps += [found.st_mtime_ns, found.st_size, found.st_ino]
+        return tuple(stamps)
 
     def a_values(self) -> list[float]:
-        return self._ask(a_values, [])
+        return self.catalogue.a_values()
 
     def periods(self, a: float) -> list[int]:
         """Return the periods that are filled at this a, completely or in part."""
-        return self._ask(lambda moment: [fill.p for fill in read_fills(moment, a)], [])
+        return [fill.p for fill in self.catalogue.fills(a=a)]
 
     def certificate(self, orbit: Orbit) -> Certificate:
-        if not orbit.stored or orbit.length is None:
-            return None
-        word, a = orbit.representative, orbit.a
-        return self._ask(lambda moment: certificate_of(moment, word, a), None)
+        return self.catalogue.certificate(orbit) if orbit.stored and orbit.length is not None else None
 
     def partners(self, orbit: Orbit) -> Partners:
         """Return the births of an orbit, each with the classes born there on the same path."""
-        return born_with(self.path if self.reader else None, orbit)
+        return self.catalogue.born_with(orbit)
 
 
 USUAL = (
@@ -117,7 +108,7 @@ class Pages:
     Without a catalogue there are no rows (`NONE`).
     """
 
-    catalogue: Reader | None
+    catalogue: Catalogue | None
     chosen: Chosen
     fields: Sequence[str]
 
@@ -131,7 +122,7 @@ class Pages:
         number, within = divmod(place, _BLOCK)
         if number not in self._blocks:
             assert self.catalogue is not None
-            with self.catalogue.moment() as moment:
+            with self.catalogue.snapshot() as moment:
                 first = number * _BLOCK
                 self._blocks[number] = list(rows_of(moment, self.chosen, self.fields, first, first + _BLOCK))
         return self._blocks[number][within]
@@ -140,7 +131,7 @@ class Pages:
         """Return the index of the row of a word, given as its least rotation, or None."""
         if self.catalogue is None:
             return None
-        with self.catalogue.moment() as moment:
+        with self.catalogue.snapshot() as moment:
             return position_of(moment, self.chosen, word)
 
 

@@ -1,7 +1,9 @@
-"""Schema 9, the baseline: the first that was released. Older files are refused.
+"""Schema 9, the baseline: the first that was released. Older files are refused."""
 
-There is nothing to do here, because `orbitdb.store.file` creates catalogues with the latest schema.
-"""
+import sqlalchemy as sa
+from alembic import op
+
+from orbitdb.symbols.symmetry import ELEMENT_ROWS
 
 revision = "0009"
 down_revision = None
@@ -10,4 +12,259 @@ depends_on = None
 
 
 def upgrade() -> None:
-    pass
+    op.create_table(
+        "birth_fill",
+        sa.Column("p", sa.Integer(), nullable=False),
+        sa.Column("state", sa.Text(), nullable=False),
+        sa.Column("cursor", sa.Text(), nullable=True),
+        sa.Column("seconds", sa.REAL(), nullable=False),
+        sa.Column("words", sa.Integer(), nullable=False),
+        sa.Column("classes", sa.Integer(), nullable=True),
+        sa.Column("births", sa.Integer(), nullable=True),
+        sa.Column("deaths", sa.Integer(), nullable=True),
+        sa.Column("always", sa.Integer(), nullable=True),
+        sa.Column("least", sa.REAL(), nullable=True),
+        sa.Column("largest", sa.REAL(), nullable=True),
+        sa.PrimaryKeyConstraint("p"),
+        sqlite_strict=True,
+        sqlite_with_rowid=False,
+    )
+    op.create_table(
+        "cycle",
+        sa.Column("id", sa.Integer(), nullable=False),
+        sa.Column("p", sa.Integer(), nullable=False),
+        sa.Column("word", sa.Text(), nullable=False),
+        sa.Column("class_size", sa.Integer(), nullable=False),
+        sa.Column("walls", sa.Integer(), nullable=False),
+        sa.Column("time_reversal", sa.Text(), nullable=False),
+        sa.Column("symmetry", sa.Text(), nullable=False),
+        sa.Column("words", sa.Text(), nullable=False),
+        sa.PrimaryKeyConstraint("id"),
+        sqlite_strict=True,
+    )
+    op.create_table(
+        "element",
+        sa.Column("symmetry", sa.Text(), nullable=False),
+        sa.Column("n", sa.Integer(), nullable=False),
+        sa.Column("element", sa.Integer(), nullable=False),
+        sa.PrimaryKeyConstraint("symmetry", "n"),
+        sqlite_strict=True,
+        sqlite_with_rowid=False,
+    )
+    op.create_table(
+        "level",
+        sa.Column("a", sa.REAL(), nullable=False),
+        sa.Column("parity", sa.Text(), nullable=False),
+        sa.Column("number", sa.Integer(), nullable=False),
+        sa.Column("k", sa.REAL(), nullable=False),
+        sa.Column("error", sa.REAL(), nullable=False),
+        sa.PrimaryKeyConstraint("a", "parity", "number"),
+        sqlite_strict=True,
+        sqlite_with_rowid=False,
+    )
+    op.create_table(
+        "pruned",
+        sa.Column("id", sa.Integer(), nullable=False),
+        sa.Column("p", sa.Integer(), nullable=False),
+        sa.Column("word", sa.Text(), nullable=False),
+        sa.Column("rules", sa.Text(), nullable=False),
+        sa.PrimaryKeyConstraint("id"),
+        sa.UniqueConstraint("p", "word", name=op.f("uq_pruned_p")),
+        sqlite_strict=True,
+    )
+    op.create_table(
+        "run",
+        sa.Column("id", sa.Integer(), nullable=False),
+        sa.Column("started", sa.Text(), nullable=False),
+        sa.Column("version", sa.Text(), nullable=False),
+        sa.Column("parameters", sa.Text(), nullable=False),
+        sa.Column("commits", sa.Integer(), server_default=sa.text("0"), nullable=False),
+        sa.PrimaryKeyConstraint("id"),
+        sqlite_strict=True,
+    )
+    op.create_table(
+        "stadium",
+        sa.Column("id", sa.Integer(), nullable=False),
+        sa.Column("a", sa.REAL(), nullable=False),
+        sa.PrimaryKeyConstraint("id"),
+        sa.UniqueConstraint("a", name=op.f("uq_stadium_a")),
+        sqlite_autoincrement=False,
+        sqlite_strict=True,
+    )
+    op.create_table(
+        "change",
+        sa.Column("cycle", sa.Integer(), nullable=False),
+        sa.Column("number", sa.Integer(), nullable=False),
+        sa.Column("a", sa.REAL(), nullable=False),
+        sa.Column("error", sa.REAL(), nullable=False),
+        sa.Column("kind", sa.Text(), nullable=False),
+        sa.Column("bounce", sa.Integer(), nullable=True),
+        sa.Column("joint", sa.Text(), nullable=True),
+        sa.Column("event", sa.Integer(), nullable=True),
+        sa.Column("slope", sa.REAL(), nullable=True),
+        sa.Column("run", sa.Integer(), nullable=False),
+        sa.ForeignKeyConstraint(["cycle"], ["cycle.id"], name=op.f("fk_change_cycle")),
+        sa.ForeignKeyConstraint(["run"], ["run.id"], name=op.f("fk_change_run")),
+        sa.PrimaryKeyConstraint("cycle", "number"),
+        sqlite_strict=True,
+        sqlite_with_rowid=False,
+    )
+    op.create_table(
+        "entropy_bound",
+        sa.Column("a", sa.REAL(), nullable=False),
+        sa.Column("proof", sa.Text(), nullable=False),
+        sa.Column("edges", sa.Integer(), nullable=False),
+        sa.Column("lower", sa.REAL(), nullable=False),
+        sa.Column("upper", sa.REAL(), nullable=False),
+        sa.Column("windows", sa.Integer(), nullable=False),
+        sa.Column("undecided", sa.Integer(), nullable=False),
+        sa.Column("run", sa.Integer(), nullable=False),
+        sa.ForeignKeyConstraint(["run"], ["run.id"], name=op.f("fk_entropy_bound_run")),
+        sa.PrimaryKeyConstraint("a", "proof", "edges"),
+        sqlite_strict=True,
+        sqlite_with_rowid=False,
+    )
+    op.create_table(
+        "fill",
+        sa.Column("stadium", sa.Integer(), nullable=False),
+        sa.Column("p", sa.Integer(), nullable=False),
+        sa.Column("state", sa.Text(), nullable=False),
+        sa.Column("cursor", sa.Text(), nullable=True),
+        sa.Column("seconds", sa.REAL(), nullable=False),
+        sa.Column("primitive", sa.Integer(), nullable=True),
+        sa.Column("rule_1", sa.Integer(), nullable=True),
+        sa.Column("rule_2", sa.Integer(), nullable=True),
+        sa.Column("rule_3", sa.Integer(), nullable=True),
+        sa.Column("rule_4", sa.Integer(), nullable=True),
+        sa.Column("rule_5", sa.Integer(), nullable=True),
+        sa.Column("rule_6", sa.Integer(), nullable=True),
+        sa.Column("n_t", sa.Integer(), nullable=True),
+        sa.Column("n_c", sa.Integer(), nullable=True),
+        sa.Column("classes", sa.Integer(), nullable=True),
+        sa.Column("boundary", sa.Integer(), nullable=True),
+        sa.Column("unresolved", sa.Integer(), nullable=True),
+        sa.Column("words", sa.Integer(), server_default=sa.text("0"), nullable=False),
+        sa.Column("enumerating", sa.REAL(), server_default=sa.text("0"), nullable=False),
+        sa.Column("solving", sa.REAL(), server_default=sa.text("0"), nullable=False),
+        sa.Column("storing", sa.REAL(), server_default=sa.text("0"), nullable=False),
+        sa.ForeignKeyConstraint(["stadium"], ["stadium.id"], name=op.f("fk_fill_stadium")),
+        sa.PrimaryKeyConstraint("stadium", "p"),
+        sqlite_strict=True,
+        sqlite_with_rowid=False,
+    )
+    op.create_table(
+        "level_fill",
+        sa.Column("a", sa.REAL(), nullable=False),
+        sa.Column("parity", sa.Text(), nullable=False),
+        sa.Column("low", sa.REAL(), nullable=False),
+        sa.Column("high", sa.REAL(), nullable=False),
+        sa.Column("below", sa.Integer(), nullable=False),
+        sa.Column("seconds", sa.REAL(), nullable=False),
+        sa.Column("run", sa.Integer(), nullable=False),
+        sa.ForeignKeyConstraint(["run"], ["run.id"], name=op.f("fk_level_fill_run")),
+        sa.PrimaryKeyConstraint("a", "parity", "low"),
+        sqlite_strict=True,
+        sqlite_with_rowid=False,
+    )
+    op.create_table(
+        "orbit",
+        sa.Column("stadium", sa.Integer(), nullable=False),
+        sa.Column("cycle", sa.Integer(), nullable=False),
+        sa.Column("status", sa.Text(), nullable=False),
+        sa.Column("coordinates", sa.LargeBinary(), nullable=True),
+        sa.Column("length", sa.REAL(), nullable=True),
+        sa.Column("lyapunov", sa.REAL(), nullable=True),
+        sa.Column("margin", sa.REAL(), nullable=True),
+        sa.Column("residual", sa.REAL(), nullable=True),
+        sa.Column("error", sa.REAL(), nullable=True),
+        sa.Column("length_error", sa.REAL(), nullable=True),
+        sa.Column("lyapunov_error", sa.REAL(), nullable=True),
+        sa.Column("area", sa.REAL(), nullable=True),
+        sa.Column("area_error", sa.REAL(), nullable=True),
+        sa.Column("iterations", sa.Integer(), nullable=False),
+        sa.Column("solver", sa.Text(), nullable=False),
+        sa.Column("run", sa.Integer(), nullable=False),
+        sa.ForeignKeyConstraint(["cycle"], ["cycle.id"], name=op.f("fk_orbit_cycle")),
+        sa.ForeignKeyConstraint(["run"], ["run.id"], name=op.f("fk_orbit_run")),
+        sa.ForeignKeyConstraint(["stadium"], ["stadium.id"], name=op.f("fk_orbit_stadium")),
+        sa.PrimaryKeyConstraint("stadium", "cycle"),
+        sqlite_strict=True,
+        sqlite_with_rowid=False,
+    )
+    op.create_table(
+        "sweep",
+        sa.Column("stadium", sa.Integer(), nullable=False),
+        sa.Column("p", sa.Integer(), nullable=False),
+        sa.Column("state", sa.Text(), nullable=False),
+        sa.Column("cursor", sa.Text(), nullable=True),
+        sa.Column("blocks", sa.Integer(), nullable=False),
+        sa.Column("seconds", sa.REAL(), nullable=False),
+        sa.Column("processor", sa.REAL(), nullable=False),
+        sa.Column("words", sa.Integer(), nullable=False),
+        sa.Column("n_c", sa.Integer(), nullable=False),
+        sa.Column("classes", sa.Integer(), nullable=False),
+        sa.Column("boundary", sa.Integer(), nullable=False),
+        sa.Column("unresolved", sa.Integer(), nullable=False),
+        sa.Column("sums", sa.LargeBinary(), nullable=True),
+        sa.Column("moments", sa.LargeBinary(), nullable=False),
+        sa.Column("run", sa.Integer(), nullable=True),
+        sa.ForeignKeyConstraint(["run"], ["run.id"], name=op.f("fk_sweep_run")),
+        sa.ForeignKeyConstraint(["stadium"], ["stadium.id"], name=op.f("fk_sweep_stadium")),
+        sa.PrimaryKeyConstraint("stadium", "p"),
+        sqlite_strict=True,
+        sqlite_with_rowid=False,
+    )
+    op.create_table(
+        "trajectory",
+        sa.Column("id", sa.Integer(), nullable=False),
+        sa.Column("stadium", sa.Integer(), nullable=False),
+        sa.Column("bounces", sa.Integer(), nullable=False),
+        sa.Column("groups", sa.Integer(), nullable=False),
+        sa.Column("seed", sa.Text(), nullable=False),
+        sa.Column("lambda_d", sa.REAL(), nullable=False),
+        sa.Column("lambda_d_error", sa.REAL(), nullable=False),
+        sa.Column("lambda_c", sa.REAL(), nullable=False),
+        sa.Column("lambda_c_error", sa.REAL(), nullable=False),
+        sa.Column("mean_free_path", sa.REAL(), nullable=False),
+        sa.Column("mean_free_path_error", sa.REAL(), nullable=False),
+        sa.Column("run", sa.Integer(), nullable=False),
+        sa.ForeignKeyConstraint(["run"], ["run.id"], name=op.f("fk_trajectory_run")),
+        sa.ForeignKeyConstraint(["stadium"], ["stadium.id"], name=op.f("fk_trajectory_stadium")),
+        sa.PrimaryKeyConstraint("id"),
+        sqlite_strict=True,
+    )
+    op.create_table(
+        "certificate",
+        sa.Column("stadium", sa.Integer(), nullable=False),
+        sa.Column("cycle", sa.Integer(), nullable=False),
+        sa.Column("radius", sa.REAL(), nullable=False),
+        sa.Column("bits", sa.Integer(), nullable=False),
+        sa.Column("version", sa.Text(), nullable=False),
+        sa.Column("run", sa.Integer(), nullable=False),
+        sa.ForeignKeyConstraint(["run"], ["run.id"], name=op.f("fk_certificate_run")),
+        sa.ForeignKeyConstraint(
+            ["stadium", "cycle"], ["orbit.stadium", "orbit.cycle"], name=op.f("fk_certificate_orbit")
+        ),
+        sa.PrimaryKeyConstraint("stadium", "cycle"),
+        sqlite_strict=True,
+        sqlite_with_rowid=False,
+    )
+    op.create_table(
+        "sweep_block",
+        sa.Column("stadium", sa.Integer(), nullable=False),
+        sa.Column("p", sa.Integer(), nullable=False),
+        sa.Column("number", sa.Integer(), nullable=False),
+        sa.Column("sums", sa.LargeBinary(), nullable=False),
+        sa.Column("moments", sa.LargeBinary(), nullable=False),
+        sa.Column("run", sa.Integer(), nullable=False),
+        sa.ForeignKeyConstraint(["run"], ["run.id"], name=op.f("fk_sweep_block_run")),
+        sa.ForeignKeyConstraint(
+            ["stadium", "p"], ["sweep.stadium", "sweep.p"], name=op.f("fk_sweep_block_sweep")
+        ),
+        sa.PrimaryKeyConstraint("stadium", "p", "number"),
+        sqlite_strict=True,
+        sqlite_with_rowid=False,
+    )
+    element = sa.table("element", sa.column("symmetry"), sa.column("n"), sa.column("element"))
+    rows = [{"symmetry": symmetry, "n": n, "element": number} for symmetry, n, number in ELEMENT_ROWS]
+    op.bulk_insert(element, rows)

@@ -1,1 +1,1 @@
-"""Answers to questions about a catalogue: functions that take a `Moment`, and the objects they return."""
+"""Answers to questions about a catalogue: functions of a connection, and the objects they return."""

@@ -13,12 +13,14 @@ import numpy as np
 from orbitdb.arrays import Integers
 from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import Moment
+from orbitdb.store.connection import Connection
+from orbitdb.store.contents import pruned_periods
 from orbitdb.store.fills import Fill, read_fills, read_sweeps
 from orbitdb.store.lives import counts_at, read_birth_fills
 from orbitdb.store.lookup import a_values
-from orbitdb.store.query import asks_of_lives
+from orbitdb.store.query import asks_of_lives, parse_order
 from orbitdb.store.selection import Selection, SelectionError, written_periods
+from orbitdb.store.where import CODES_ARE_TEXTS, check, reads_codes
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.text import exact
@@ -31,6 +33,9 @@ _USUAL = 11
 
 _SHOWN = 6
 """Maximum number of values of a to list in a message."""
+
+LENGTHS = ("length", "quarter_length")
+"""The lengths by which lists of orbits can be complete."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,7 @@ class Counted:
         return numbers
 
 
-def count(moment: Moment, selection: Selection) -> Counted:
+def count(moment: Connection, selection: Selection) -> Counted:
     """Return the counts of each chosen period: from its fill, else from a sweep, else from births.
 
     Raises `SelectionError` if the selection has criteria other than a and periods.
@@ -93,19 +98,20 @@ def count(moment: Moment, selection: Selection) -> Counted:
 
 
 def gaps(
-    moment: Moment,
+    moment: Connection,
     chosen: Selection,
     left_out: bool = False,
     from_sweeps: Collection[int] = (),
     from_births: Collection[int] = (),
     names: Sequence[str] = (),
     order: str = "p",
+    empty: bool = False,
 ) -> list[str]:
     """Return one line for each kind of gap: chosen periods that are partial, not filled, or without births.
 
     Periods counted from sweeps or births are complete, but get a line, too. Births matter only if the subset,
     the columns `names` or the order of the rows depends on them. Set `left_out` if the result leaves out
-    partial periods.
+    partial periods, and `empty` if nothing was found, so that a line says so.
     """
     lines = [pruned_not_stored(moment, chosen)]
     if chosen.statuses != (Status.GEOMETRIC,):  # fills do not store these words
@@ -119,10 +125,21 @@ def gaps(
         lines.append(describe_partial(partial, chosen.a, left_out) if partial else None)
         lines.append(unfilled(moment, chosen, counted))
         lines.append(lacking_births(moment, chosen, names, order))
+    lines.append(nothing(moment, chosen, swept=bool(from_sweeps)) if empty else None)
     return [line for line in lines if line]
 
 
-def partial_periods(moment: Moment, chosen: Selection) -> list[int]:
+def gaps_of_periods(moment: Connection, chosen: Sequence[Selection], everywhere: bool) -> list[str]:
+    """Return the gaps at each a; where nothing is filled, only if periods are chosen and not `everywhere`."""
+    lines = []
+    for selection in chosen:
+        if read_fills(moment, selection.a) or (selection.periods and not everywhere):
+            swept = [sweep.p for sweep in read_sweeps(moment, selection.a)]
+            lines += gaps(moment, selection, from_sweeps=swept)
+    return lines
+
+
+def partial_periods(moment: Connection, chosen: Selection) -> list[int]:
     """Return the chosen periods that are only partly stored; lists include their words."""
     return [fill.p for fill in read_fills(moment, chosen.a) if not fill.whole and chosen.includes(fill.p)]
 
@@ -136,7 +153,7 @@ def describe_partial(periods: Sequence[int], a: float, left_out: bool = False) -
     )
 
 
-def unfilled(moment: Moment, chosen: Selection, counted: Collection[int] = ()) -> str | None:
+def unfilled(moment: Connection, chosen: Selection, counted: Collection[int] = ()) -> str | None:
     """Return a line that names the chosen periods that are neither filled nor `counted`, or None."""
     elsewhere = a_values(moment, ["fill"])
     return describe_unfilled(read_fills(moment, chosen.a), chosen.periods, chosen.a, elsewhere, counted)
@@ -189,11 +206,11 @@ def _within(spans: Sequence[tuple[int, int]], stored: Collection[int]) -> list[i
     return [p for p in periods if p not in stored]
 
 
-def pruned_not_stored(moment: Moment, chosen: Selection) -> str | None:
+def pruned_not_stored(moment: Connection, chosen: Selection) -> str | None:
     """Return a line that names chosen periods without stored geometrically pruned words, or None."""
     if Status.GEOMETRIC not in chosen.statuses:
         return None
-    stored = {p for (p,) in moment.execute("SELECT DISTINCT p FROM pruned")}
+    stored = pruned_periods(moment)
     filled = [(fill.p, fill.p) for fill in read_fills(moment, chosen.a) if fill.whole]
     periods = _within(chosen.periods or filled or [(2, _USUAL)], stored)
     if not periods:
@@ -208,7 +225,7 @@ def pruned_not_stored(moment: Moment, chosen: Selection) -> str | None:
 
 
 def lacking_births(
-    moment: Moment, chosen: Selection, names: Sequence[str] = (), order: str = "p"
+    moment: Connection, chosen: Selection, names: Sequence[str] = (), order: str = "p"
 ) -> str | None:
     """Return a line that names the filled periods whose births are needed but not stored, or None."""
     if not (periods := without_births(moment, chosen, names, order)):
@@ -220,7 +237,7 @@ def lacking_births(
 
 
 def without_births(
-    moment: Moment, chosen: Selection, names: Sequence[str] = (), order: str = "p"
+    moment: Connection, chosen: Selection, names: Sequence[str] = (), order: str = "p"
 ) -> list[int]:
     """Return the chosen periods that are filled, but whose births are needed and not stored."""
     if not asks_of_lives(chosen, names, order):
@@ -230,7 +247,7 @@ def without_births(
     return [p for p in filled if p <= MAX_PERIOD and p not in born]
 
 
-def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> str:
+def nothing(moment: Connection, chosen: Selection, swept: bool = False) -> str:
     """Return a message that a subset is empty, or '' if `gaps` says that none of its periods is stored."""
     if chosen.statuses == (Status.GEOMETRIC,):
         return "" if pruned_not_stored(moment, chosen) else f"no {chosen.describe()}"
@@ -239,7 +256,8 @@ def nothing(moment: Moment, chosen: Selection, swept: bool = False) -> str:
     if missing and not filled:
         return ""
     lacking = missing or lacking_births(moment, chosen) or partial_periods(moment, chosen)
-    return f"no {chosen.describe()}{' among the stored words' if lacking else ''}"
+    hint = f"; {CODES_ARE_TEXTS}" if chosen.where is not None and reads_codes(chosen.where) else ""
+    return f"no {chosen.describe()}{' among the stored words' if lacking else ''}{hint}"
 
 
 def highest_filled(fills: Sequence[Fill], chosen: Selection) -> int:
@@ -260,22 +278,43 @@ def complete_length(fills: Sequence[Fill], chosen: Selection) -> float | None:
     return least_length(highest, chosen.a) if highest > 1 else None
 
 
-def describe_complete(complete: float | None, chosen: Selection) -> str:
+def describe_complete(complete: float | None, chosen: Selection, name: str = "length") -> str:
     """Return a line that says up to which length, rounded down, a list of orbits is complete.
 
     For a list of all orbits, it also says how far such proofs can reach, and where no list can be complete.
+    `name` is one of `LENGTHS`: an orbit of length L has a quarter_length of at least L/2.
     """
     if complete is None:
         return "orbits of any length may be missing: fill all periods from 2 on"
-    end = math.floor(complete * 100) / 100
-    line = f"complete, by proof, up to length {end:.2f}; longer orbits may be missing"
+    share, bound = (2, "2a + pi") if name == "quarter_length" else (1, "4a + 2 pi")
+    end = math.floor(complete / share * 100) / 100
+    line = f"complete, by proof, up to {name} {end:.2f}; longer orbits may be missing"
     plain = replace(chosen, periods=(), statuses=(), ranges={}) == Selection(chosen.a)
-    if not plain or chosen.statuses not in ((), (Status.ORBIT,)) or chosen.ranges.keys() - {"length"}:
+    if not plain or chosen.statuses not in ((), (Status.ORBIT,)) or chosen.ranges.keys() - set(LENGTHS):
         return line
-    most = math.floor(largest_least_length(chosen.a) * 100) / 100
-    reach = "no further period proves more" if most == end else f"further periods prove {most:.2f} at most"
-    limit = math.ceil(least_limit_of_lengths(chosen.a) * 100) / 100
-    return f"{line} ({reach}; infinitely many are shorter than 4a + 2 pi = {limit:.2f})"
+    most = math.floor(largest_least_length(chosen.a) / share * 100) / 100
+    reach = "" if most == end else f"further periods prove {most:.2f} at most; "
+    limit = math.ceil(least_limit_of_lengths(chosen.a) / share * 100) / 100
+    return f"{line} ({reach}infinitely many are shorter than {bound} = {limit:.2f})"
+
+
+def complete_by_length(moment: Connection, chosen: Selection, order: str = "p") -> str | None:
+    """Return `describe_complete` for orbits that a length sorts or bounds from above, else None.
+
+    Any expression that reads a length counts as a bound.
+    """
+    first, falls = next(iter(parse_order(order).items()))
+    read = () if chosen.where is None else check(chosen.where, chosen.parameters).columns
+    named = [
+        name
+        for name in LENGTHS
+        if (name == first and not falls)
+        or name in read
+        or chosen.ranges.get(name, (None, None))[1] is not None
+    ]
+    if not named or Status.ORBIT not in (chosen.statuses or (Status.ORBIT,)):
+        return None
+    return describe_complete(complete_length(read_fills(moment, chosen.a), chosen), chosen, named[0])
 
 
 def describe_fills(fills: Sequence[Fill], a: float) -> str:

@@ -7,13 +7,14 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import astuple, replace
+from dataclasses import astuple, dataclass, replace
 from importlib.resources import files
 from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from orbitdb import __version__
+from orbitdb.answers.completeness import gaps, nothing
 from orbitdb.answers.entropy import table
 from orbitdb.answers.export import check_space, complete_folder, write_csv, write_parquet
 from orbitdb.answers.levels import stored_levels
@@ -23,10 +24,12 @@ from orbitdb.columns import EVERY, OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.connection import Moment
-from orbitdb.store.fills import best_reference, read_fills, tightest_bounds
+from orbitdb.store.connection import Connection
+from orbitdb.store.contents import class_rows, runs
+from orbitdb.store.fills import read_fills
 from orbitdb.store.lives import read_birth_fills, read_lives
 from orbitdb.store.query import choose
+from orbitdb.store.results import best_reference, tightest_bounds
 from orbitdb.store.rows import COORDINATES, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact
@@ -54,6 +57,38 @@ _COUNTS = [EVERY["p"], *OF_COUNTS]
 _AVERAGES = [EVERY["p"], *OF_AVERAGES]
 
 
+@dataclass(frozen=True)
+class Dataset:
+    """A dataset that was written, or the reasons why there was nothing to write.
+
+    Attributes
+    ----------
+    folder : Path
+    words : int
+        Number of words in the tables of orbits.
+    description : str
+        What these are.
+    notes : tuple of str
+        What is missing, one line each.
+    absent : tuple of str
+        The last of the notes if there is nothing to write: a line for each a.
+    """
+
+    folder: Path
+    words: int
+    description: str
+    notes: tuple[str, ...] = ()
+    absent: tuple[str, ...] = ()
+
+    @staticmethod
+    def check(folder: Path | str) -> list[tuple[str, str | None]]:
+        """Return the files of a dataset, each with what is wrong with it, or None."""
+        return list(wrong_files(Path(folder)))
+
+    def __repr__(self) -> str:
+        return f"<{self.description or 'no dataset'}, in {self.folder}>"
+
+
 class Table(NamedTuple):
     """A table of a dataset."""
 
@@ -65,9 +100,9 @@ class Table(NamedTuple):
 
 
 def write_dataset(
-    moment: Moment, folder: Path, chosen: Sequence[Selection], force: bool = False, tell: Tell = nobody
-) -> str:
-    """Write a dataset; return a description of its orbits, or '' if no word of a complete period is chosen.
+    moment: Connection, folder: Path, chosen: Sequence[Selection], force: bool = False, tell: Tell = nobody
+) -> Dataset:
+    """Write a dataset, unless no word of a complete period is chosen (`Catalogue.write_dataset`).
 
     The selections, one for each a, differ only in a. They choose the periods, and the words in the tables of
     orbits; the other tables do not depend on which words are chosen. The folder appears only when it is
@@ -80,11 +115,13 @@ def write_dataset(
     StoreError
         If the disk has too little space, or the folder cannot be written.
     """
+    notes = [line for subset in chosen for line in gaps(moment, subset, left_out=True)]
     whole = [(subset, fill) for subset in chosen for fill in read_fills(moment, subset.a) if fill.whole]
     whole = [(subset, fill) for subset, fill in whole if subset.includes(fill.p)]
     subsets = [(choose(moment, replace(subset, periods=((fill.p, fill.p),))), fill) for subset, fill in whole]
     if not (total := sum(len(subset) for subset, _ in subsets)):
-        return ""
+        absent = tuple(filter(None, (nothing(moment, subset) for subset in chosen)))
+        return Dataset(folder, 0, "", (*notes, *absent), absent)
     need = sum(_OF_FILE + len(subset) * (_OF_WORD + _OF_BOUNCE * fill.p) for subset, fill in subsets)
     _check(folder, force, need)
     selection = chosen[0].describe(sorted({subset.a for subset, _ in whole}), total)
@@ -109,10 +146,10 @@ def write_dataset(
             resources.append(_file(draft, name))
         package = _package(moment, selection, version, resources)
         (draft / PACKAGE).write_text(json.dumps(package, indent=1) + "\n", encoding="utf-8")
-    return selection
+    return Dataset(folder, total, selection, tuple(notes))
 
 
-def _orbits(moment: Moment, subset: Any, words: int) -> Table:
+def _orbits(moment: Connection, subset: Any, words: int) -> Table:
     """Return the table of the chosen words of one period at one a, ordered by class and element."""
     a, ((p, _),) = subset.selection.a, subset.selection.periods
     rows = rows_of(moment, subset, [column.name for column in _ORBITS])
@@ -120,12 +157,11 @@ def _orbits(moment: Moment, subset: Any, words: int) -> Table:
     return Table(path, title, _ORBITS, rows, words)
 
 
-def _others(moment: Moment, chosen: Sequence[Selection], filled: set[int]) -> Iterator[Table]:
+def _others(moment: Connection, chosen: Sequence[Selection], filled: set[int]) -> Iterator[Table]:
     """Yield all tables except those of orbits; `filled` is the set of periods that have a table of orbits."""
     born = [fill.p for fill in read_birth_fills(moment) if fill.whole and chosen[0].includes(fill.p)]
     names = ("word", *(column.name for column in _CLASSES[1:]))
-    periods = ", ".join(map(str, filled.union(born)))
-    classes = moment.execute(f"SELECT {', '.join(names)} FROM cycle WHERE p IN ({periods}) ORDER BY id")
+    classes = class_rows(moment, names, filled.union(born))
     lives = (astuple(life) for p in born for life in read_lives(moment, p))
     yield Table("classes.parquet", "Symmetry classes", _CLASSES, classes)
     yield Table("births.parquet", "Births and deaths of all classes", _OF_LIFE, lives)
@@ -155,7 +191,7 @@ def _by_period(result: Result, columns: Sequence[Column], chosen: Selection) -> 
             yield (chosen.a, *row)
 
 
-def _levels(moment: Moment, a: float) -> Iterator[tuple[Any, ...]]:
+def _levels(moment: Connection, a: float) -> Iterator[tuple[Any, ...]]:
     for parity in Parity:
         for window in stored_levels(moment, a, parity):
             pairs = zip(window.k.tolist(), window.error.tolist(), strict=True)
@@ -197,9 +233,10 @@ def _described(draft: Path, made: Table, rows: int) -> Resource:
     return _file(draft, made.path) | of_table | ({"complete": rows == made.words} if made.words else {})
 
 
-def _package(moment: Moment, selection: str, version: str, resources: Sequence[Resource]) -> dict[str, Any]:
+def _package(
+    moment: Connection, selection: str, version: str, resources: Sequence[Resource]
+) -> dict[str, Any]:
     """Return the contents of ``datapackage.json``."""
-    runs = moment.execute("SELECT version, parameters FROM run ORDER BY id")
     licence = "https://creativecommons.org/licenses/by/4.0/"
     return {
         "$schema": f"{_PROFILES}datapackage.json",
@@ -210,7 +247,7 @@ def _package(moment: Moment, selection: str, version: str, resources: Sequence[R
         "licenses": [{"name": "CC-BY-4.0", "title": "Creative Commons Attribution 4.0", "path": licence}],
         "sources": [{"title": "O. Biham and M. Kvale, Phys. Rev. A 46, 6334 (1992)"}],
         "contributors": [{"title": "The orbitdb founders", "roles": ["creator"]}],
-        "made_by": [{"orbitdb": version} | json.loads(parameters) for version, parameters in runs],
+        "made_by": [{"orbitdb": version} | json.loads(parameters) for version, parameters in runs(moment)],
         "resources": resources,
     }
 

@@ -8,7 +8,13 @@ from typing import Any
 
 from orbitdb.answers.completeness import count, gaps
 from orbitdb.answers.results import PROVED, TABLE, Result
-from orbitdb.answers.whole_periods import Periods, WholePeriods, all_orbits, read_noted, with_lower
+from orbitdb.answers.whole_periods import (
+    Periods,
+    WholePeriods,
+    all_orbits,
+    read_noted,
+    with_lower,
+)
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import divisors, every_period, of_divisors, standing
@@ -16,8 +22,8 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import Moment
-from orbitdb.store.fills import tightest_bounds
+from orbitdb.store.connection import Connection
+from orbitdb.store.results import tightest_bounds
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.text import exact
 
@@ -25,7 +31,7 @@ _EDGES = 10
 """Edges of the longest windows if no bounds are stored; the search takes at most half a second (small a)."""
 
 
-def table(moment: Moment, chosen: Selection) -> Result:
+def table(moment: Connection, chosen: Selection) -> Result:
     """Return the paper's Table 1 (`Catalogue.table`)."""
     counted = count(moment, chosen)
     notes = gaps(moment, chosen, True, counted.from_sweeps, counted.from_births)
@@ -64,7 +70,7 @@ def _table(periods: Sequence[int], tallies: Mapping[int, Tally]) -> dict[str, li
     return {name: [row[place] for row in rows] for place, name in enumerate(TABLE)}
 
 
-def entropy(moment: Moment, chosen: Selection) -> Result:
+def entropy(moment: Connection, chosen: Selection) -> Result:
     """Return the topological entropy by period (`Catalogue.entropy`).
 
     All orbits of a period need only be counted; the rows of other subsets are read.
@@ -91,6 +97,8 @@ def entropy_of_rows(subset: WholePeriods, notes: Sequence[str] = ()) -> Result:
     """Return the topological entropy by period of orbits that were already read (`Subset.entropy`)."""
     said = list(notes)
     columns = _entropy(subset, subset.cycles(), said)
+    if subset.selection.without:
+        said.append("this is the growth rate of the orbits without the pattern, at most that of all orbits")
     return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, said)))
 
 
@@ -105,7 +113,7 @@ def _entropy(periods: Periods, cycles: Integers, notes: list[str]) -> dict[str, 
     return periods.rows_of(columns)
 
 
-def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
+def _uncounted(moment: Connection, chosen: Selection) -> list[str]:
     """Return a note on periods without rows; sweeps and births count all orbits, not those of a subset."""
     counted = count(moment, Selection(chosen.a, chosen.periods))
     if not (periods := sorted([*counted.from_sweeps, *counted.from_births])):
@@ -116,7 +124,7 @@ def _uncounted(moment: Moment, chosen: Selection) -> list[str]:
     ]
 
 
-def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | None:
+def stored_enclosure(moment: Connection, a: float) -> tuple[EntropyBounds, str] | None:
     """Return the tightest stored bounds on the entropy, if any, and a line that describes them.
 
     The line also gives the tightest bounds that are proved in ball arithmetic.
@@ -124,12 +132,12 @@ def stored_enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str] | No
     closest = tightest_bounds(moment, a)
     if closest is None:
         return None
-    line = f"entropy of all orbits: {closest.between}, proved by {closest.basis}"
+    line = f"entropy of all orbits: {closest.between}, proved from {closest.basis}"
     surer = None if closest.proof == BALLS else tightest_bounds(moment, a, BALLS)
-    return closest, line + ("" if surer is None else f"; {surer.between} by {surer.basis}")
+    return closest, line + ("" if surer is None else f"; {surer.between} from {surer.basis}")
 
 
-def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
+def enclosure(moment: Connection, a: float) -> tuple[EntropyBounds, str]:
     """Return the tightest stored bounds on the entropy, or better new ones, and a line about them."""
     stored = stored_enclosure(moment, a)
     if stored is not None and stored[0].window >= _EDGES:
@@ -138,7 +146,7 @@ def enclosure(moment: Moment, a: float) -> tuple[EntropyBounds, str]:
     if stored is not None and stored[0].width <= computed.width:
         return stored
     closer = f"'orbitdb bounds --a {exact(a)}' finds tighter ones"
-    return computed, f"entropy of all orbits: {computed.between}, proved by {computed.basis}; {closer}"
+    return computed, f"entropy of all orbits: {computed.between}, proved from {computed.basis}; {closer}"
 
 
 @cache

@@ -7,6 +7,7 @@ file, named as in the W3C's "CSV on the Web": ``orbits.csv-metadata.json``.
 
 import contextlib
 import csv
+import glob
 import json
 import math
 import os
@@ -225,6 +226,27 @@ def _saving(path: Path) -> Iterator[None]:
         raise StoreError(f"{path} cannot be written ({reason}); nothing was saved") from error
 
 
+def _clear_remains(target: Path) -> None:
+    """Delete the drafts of a file or folder that were left by processes that have been killed."""
+    for rest in target.parent.glob(f".{glob.escape(target.name)}.*.*"):
+        owner, ending = rest.name.removeprefix(f".{target.name}.").split(".", 1)
+        if ending in ("part", "old") and owner.isdigit() and not _runs(int(owner)):
+            with contextlib.suppress(OSError):
+                shutil.rmtree(rest) if rest.is_dir() else rest.unlink()
+
+
+def _runs(process: int) -> bool:
+    """Tell whether a process still runs; on Windows, where a look would end it, it is taken to run."""
+    try:
+        if os.name == "posix":
+            os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        pass
+    return True
+
+
 @contextmanager
 def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     """Yield a temporary path in the same folder, and rename the file to `path` once it is complete.
@@ -235,6 +257,7 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     """
     check_target(path)
     target = Path(os.path.realpath(path))
+    _clear_remains(target)
     draft = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         with _saving(wanted or path):
@@ -258,6 +281,7 @@ def complete_folder(path: Path) -> Iterator[Path]:
     the system refuses to write.
     """
     folder = path.resolve()
+    _clear_remains(folder)
     draft, replaced = (folder.with_name(f".{folder.name}.{os.getpid()}.{end}") for end in ("part", "old"))
     try:
         with _saving(folder):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import starmap
 from typing import TYPE_CHECKING, Any
 
+from orbitdb.answers.completeness import complete_length, describe_fills, gaps
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, need_whole
@@ -13,10 +14,13 @@ from orbitdb.extras import Record, Rows, data_frame
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import Moment
+from orbitdb.store.connection import Connection
+from orbitdb.store.fills import read_fills
+from orbitdb.store.lookup import orbits_of_length
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import to_strings
-from orbitdb.text import several
-from orbitdb.trajectories.trajectory import trace_points, trace_start
+from orbitdb.text import exact, several
+from orbitdb.trajectories.trajectory import BOUNCES, trace_points, trace_start
 
 if TYPE_CHECKING:
     import pandas
@@ -92,6 +96,8 @@ class Trajectory:
         The shadowed orbits up to the limit; those that the trajectory goes round most often come first.
     total : int
         Number of all shadowed orbits, including those beyond the limit.
+    notes : tuple of str
+        How far the trajectory could be followed, and why no orbit was found; one line each.
     """
 
     sequence: str
@@ -99,13 +105,19 @@ class Trajectory:
     points: Floats
     shadowed: tuple[Followed, ...]
     total: int
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         bounces, orbits = several(len(self.sequence), "bounce"), several(self.total, "orbit")
         return f"<{bounces} from number {self.first} on: {orbits} shadowed, {len(self.shadowed)} listed>"
 
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The columns of `rows`."""
+        return tuple(SHADOWED)
+
     def rows(self) -> Iterator[tuple[Any, ...]]:
-        """Yield one row for each shadowed orbit, with the columns `SHADOWED`."""
+        """Yield one row for each shadowed orbit."""
         for stretch in self.shadowed:
             owners = (stretch if hasattr(stretch, name) else stretch.orbit for name in _OF_ORBIT)
             yield *map(getattr, owners, _OF_ORBIT), self.sequence, self.first
@@ -148,6 +160,32 @@ class Candidate(Record):
         return self.repetitions * self.length
 
 
+class Candidates(Rows[Candidate]):
+    """The stored orbits with a given length, the closest matches first.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        What is not filled, and the nearest orbit if none has this length; one line each.
+    among : str
+        The periods that were searched; '' if nothing is stored.
+    complete : bool
+        Whether it is proved that the file lacks no orbit of such a length.
+    """
+
+    notes: tuple[str, ...] = ()
+    among: str = ""
+    complete: bool = False
+
+    def describe(self, more: str = "") -> str:
+        """Return a line with the number of orbits, followed by `more`, and of what was searched."""
+        count = several(len(self), "candidate") if self else "no candidates"
+        beyond = (
+            "complete, by proof" if self.complete else "orbits of longer periods may have this length, too"
+        )
+        return f"{count} among {self.among}, one per symmetry class{more}; {beyond}" if self.among else ""
+
+
 def identify_trajectory(
     stadium: Stadium,
     find: Callable[[str], Orbit],
@@ -163,7 +201,8 @@ def identify_trajectory(
     near = _measure("tolerance", NEAR if tolerance is None else tolerance, _MOST_TOLERANCE)
     most = _count(SHOWN if limit is None else limit)
     if start is not None:
-        path = trace_start(stadium, start, near, bounces)
+        each_way = None if bounces is None else need_whole("bounces", bounces, 0)
+        path = trace_start(stadium, start, near, each_way)
     elif bounces is not None:
         raise InputError("give a number of bounces with a start, not with points")
     else:
@@ -174,11 +213,48 @@ def identify_trajectory(
         for orbit in orbits[:most]
     )
     sequence = to_strings(path.symbols[None])[0] if len(path) else ""
-    return Trajectory(sequence, path.first, path.points, shadowed, len(orbits))
+    ends = "" if start is None else _followed(path.first, len(path), bounces)
+    notes = tuple(filter(None, (ends, "" if orbits else _unshadowed(sequence))))
+    return Trajectory(sequence, path.first, path.points, shadowed, len(orbits), notes)
+
+
+def _followed(first: int, count: int, asked: int | None) -> str:
+    """Return a note if a trajectory could not be followed for the requested number of bounces, or ''."""
+    last, wanted = first + count - 1, asked or BOUNCES
+    if last >= wanted and first <= 1 - wanted:
+        return ""
+    return f"followed from bounce {first} to {last}; double precision does not determine the rest"
+
+
+def _unshadowed(sequence: str) -> str:
+    """Return a note about a trajectory that shadows no orbit."""
+    if sequence and set(sequence) <= {"0", "2"}:
+        return "no orbit: the trajectory bounces between the straight walls, like the bouncing-ball family 02"
+    return "no orbit is shadowed for two bounces or more; a larger --tolerance finds orbits farther away"
+
+
+def read_candidates(
+    moment: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
+) -> Candidates:
+    """Return the stored orbits with a given length, and what was searched (`Catalogue.with_length`)."""
+    found = Candidates(identify_length(moment, a, length, tolerance, limit))
+    fills, notes = read_fills(moment, a), gaps(moment, Selection(a, statuses=(Status.ORBIT,)))
+    for orbit in () if found else identify_length(moment, a, length, 1.0, 1):
+        times = f"{orbit.repetitions} x {orbit.code}" if orbit.repetitions > 1 else orbit.code
+        enough = float(f"{1.05 * abs(orbit.difference):.2g}")
+        notes.append(
+            f"the nearest orbit is {times} of length {orbit.total:.7f}: --tolerance {enough:g} finds it"
+        )
+    found.notes = tuple(notes)
+    farthest = length + (SAME_LENGTH if tolerance is None else tolerance)
+    found.complete = farthest < (complete_length(fills, Selection(a)) or 0)
+    if fills or found:  # otherwise, a note says that nothing was searched
+        found.among = describe_fills(fills, a) if fills else f"single words at a = {exact(a)}"
+    return found
 
 
 def identify_length(
-    moment: Moment, a: float, length: float, tolerance: float | None, limit: int | None = None
+    moment: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
 ) -> Rows[Candidate]:
     """Find the stored orbits that have a given length after one or more traversals (`Catalogue.with_length`).
 
@@ -189,24 +265,9 @@ def identify_length(
     within = _measure(
         "tolerance", SAME_LENGTH if tolerance is None else tolerance, _MOST_TOLERANCE, zero=True
     )
-    values = {
-        "a": a,
-        "status": Status.ORBIT.value,
-        "length": wanted,
-        "least": _LEAST_LENGTH,
-        "within": within + 4 * math.ulp(wanted),
-        "limit": _ALL if limit is None else _count(limit),
-    }
-    return Rows(starmap(Candidate, moment.execute(_OF_LENGTH, values)))
-
-
-_OF_LENGTH = """\
-SELECT representative, p, class_size, repetitions, length, length_error, lyapunov,
-       repetitions * length - :length AS difference
-FROM (SELECT *, CAST(round(:length / length) AS INTEGER) AS repetitions FROM class)
-WHERE a = :a AND status = :status AND length >= :least AND repetitions >= 1
-  AND abs(difference) <= :within + repetitions * coalesce(length_error, 0.0)
-ORDER BY abs(difference), p, representative LIMIT :limit"""
+    most = _ALL if limit is None else _count(limit)
+    found = orbits_of_length(moment, a, wanted, within + 4 * math.ulp(wanted), _LEAST_LENGTH, most)
+    return Rows(starmap(Candidate, found))
 
 
 def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
@@ -217,5 +278,4 @@ def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
 
 
 def _count(limit: int) -> int:
-    need_whole("limit", limit, 0)
-    return min(limit, _ALL)
+    return min(need_whole("limit", limit, 0), _ALL)

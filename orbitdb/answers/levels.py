@@ -1,30 +1,33 @@
 """The levels of a catalogue, stored and from its orbits: what a list of levels lacks, and length spectra."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from orbitdb.answers.completeness import highest_filled
+from orbitdb.answers.results import Result
 from orbitdb.answers.whole_periods import read_classes
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, as_floats
+from orbitdb.errors import InputError, as_floats, need_whole
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
 from orbitdb.quantum.comparison import CUTOFF
 from orbitdb.quantum.judging import FITS
 from orbitdb.quantum.length_spectrum import Spectrum, of_family, of_levels, of_terms, reach
+from orbitdb.quantum.level_statistics import Statistics, expected, statistics
 from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, Staircase, levels_of, reliable_end, staircase
 from orbitdb.quantum.missing_levels import Assessment, assess, without_twins
 from orbitdb.quantum.radius_fit import WIDEST, widest
 from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
-from orbitdb.quantum.weyl import Parity, as_levels, check_levels, one_parity, parities_of
-from orbitdb.store.connection import Connection, Moment
+from orbitdb.quantum.weyl import Parity, as_levels, check_levels, one_parity, parities_of, weyl
+from orbitdb.store import results
+from orbitdb.store.connection import Connection
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import WITH_ORBITS, a_values
 from orbitdb.store.selection import Selection
@@ -57,7 +60,7 @@ _MARGIN = 0.3
 
 
 def levels_from_zero(
-    moment: Moment, a: float, parity: Parity | str | None = None, k_max: float | None = None
+    moment: Connection, a: float, parity: Parity | str | None = None, k_max: float | None = None
 ) -> Levels:
     """Return the stored levels from k = 0 to the first gap, or to `k_max` below it (`Catalogue.levels`)."""
     parities = parities_of(one_parity(parity))
@@ -82,7 +85,7 @@ def levels_from_zero(
     return Levels.joined(a, 0.0, high, windows_of)
 
 
-def read_levels(moment: Moment, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
+def read_levels(moment: Connection, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
     """Return the stored levels from k = 0 to the first gap, and the k of this gap; None without levels."""
     try:
         levels = levels_from_zero(moment, a, parity)
@@ -93,15 +96,10 @@ def read_levels(moment: Moment, a: float, parity: Parity | None) -> tuple[Floats
 
 def stored_levels(connection: Connection, a: float, parity: Parity) -> list[LevelWindow]:
     """Return the stored windows of levels of one parity."""
-    own = (a, str(parity))
-    levels = connection.execute("SELECT number, k, error FROM level WHERE a = ? AND parity = ?", own)
-    numbers = np.array(levels.fetchall(), np.float64).reshape(-1, 3)
-    windows = []
-    query = "SELECT low, high, below, seconds FROM level_fill WHERE a = ? AND parity = ?"
-    for low, high, below, seconds in connection.execute(query, own):
-        _, k, error = numbers[(numbers[:, 1] >= low) & (numbers[:, 1] < high)].T
-        windows.append(LevelWindow(a, parity, low, high, below, k, error, seconds))
-    return windows
+    return [
+        LevelWindow(a, parity, window.low, window.high, window.below, k, error, window.seconds)
+        for window, k, error in results.read_levels(connection, a, str(parity))
+    ]
 
 
 def ranges_not_stored(done: Sequence[LevelWindow], low: float, high: float) -> Iterator[tuple[float, float]]:
@@ -115,7 +113,7 @@ def ranges_not_stored(done: Sequence[LevelWindow], low: float, high: float) -> I
 
 
 def levels_from_orbits(
-    moment: Moment,
+    moment: Connection,
     a: float,
     k_max: float | None = None,
     parities: Iterable[Parity] = tuple(Parity),
@@ -144,7 +142,7 @@ def levels_from_orbits(
     return replace(Levels.joined(stadium.a, 0.0, end, windows), basis="; ".join(basis))
 
 
-def beside(moment: Moment, levels: Levels) -> list[float | None]:
+def beside(moment: Connection, levels: Levels) -> list[float | None]:
     """Return, for each level from orbits, the stored level with the same number, or None."""
     exact_k: dict[tuple[str, int], float] = {}
     for parity in levels.parities:
@@ -158,7 +156,7 @@ def beside(moment: Moment, levels: Levels) -> list[float | None]:
     return values
 
 
-def classes_for_levels(moment: Moment, a: float) -> tuple[OrbitClasses, int]:
+def classes_for_levels(moment: Connection, a: float) -> tuple[OrbitClasses, int]:
     """Return the orbits at a, and the period up to which all are filled; raise if this period is too low."""
     if not LEAST_A <= a <= LARGEST_A:
         raise InputError(f"no levels at a = {exact(a)}: give a half length from {LEAST_A:g} to {LARGEST_A:g}")
@@ -171,7 +169,7 @@ def classes_for_levels(moment: Moment, a: float) -> tuple[OrbitClasses, int]:
     return classes, highest
 
 
-def read_orbits(moment: Moment, chosen: Selection) -> tuple[OrbitClasses, int]:
+def read_orbits(moment: Connection, chosen: Selection) -> tuple[OrbitClasses, int]:
     """Return the chosen orbits by class, with their symmetries and representatives, and the highest period.
 
     All periods up to the highest one are filled (`highest_filled`).
@@ -186,7 +184,7 @@ def read_orbits(moment: Moment, chosen: Selection) -> tuple[OrbitClasses, int]:
 
 
 def read_spectrum(
-    moment: Moment,
+    moment: Connection,
     a: float,
     lengths: "ArrayLike",
     points: int,
@@ -195,6 +193,7 @@ def read_spectrum(
     parity: Parity | str | None = None,
 ) -> Spectrum:
     """Return the length spectrum (`Catalogue.spectrum`)."""
+    points = need_whole("points", points, 0)
     ends = as_floats(lengths, f"lengths {lengths!r:.40}: give a range such as (1, 12)")
     if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
         raise InputError(
@@ -224,11 +223,12 @@ def read_spectrum(
         complete /= 2  # because half orbits contribute
     parts = zip(terms, family_terms(stadium, end, longest, of), strict=True)
     both = Terms._make(map(np.concatenate, parts))
-    return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes)
+    judged = () if given is None else tuple(notes_on_missing_levels(moment, stadium.a, given, of))
+    return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes, judged)
 
 
 def assess_levels(
-    moment: Moment,
+    moment: Connection,
     a: float,
     k: "ArrayLike | None" = None,
     parity: Parity | str | None = None,
@@ -285,7 +285,7 @@ def _on_twins(pairs: int, levels: int) -> str:
     return f"{several(pairs, 'level')} stand twice in the list: each pair counts as one level"
 
 
-def _hints(moment: Moment, assessment: Assessment, classes: OrbitClasses, k: Floats) -> list[str]:
+def _hints(moment: Connection, assessment: Assessment, classes: OrbitClasses, k: Floats) -> list[str]:
     """Return hints for a list that does not fit: a radius, a parity or a stored a with which it fits."""
     stadium, of, window = Stadium(assessment.a), assessment.parity, assessment.window
     k = k[:_TRIED]
@@ -303,7 +303,7 @@ def _hints(moment: Moment, assessment: Assessment, classes: OrbitClasses, k: Flo
     if assessment.at_limit:
         hints.append("the fit of the radius failed: the radius is off by more than half a per cent")
     elif assessment.scale == 1 and better(stadium, classes, of, True):
-        hints.append("they fit with another radius: add --fit-radius")
+        hints.append("they fit with another radius: add --fit-radius (in Python fit_radius=True)")
     hints += [
         f"they fit the parity {other}"
         for other in (Parity if of is not None else ())
@@ -320,7 +320,7 @@ def _hints(moment: Moment, assessment: Assessment, classes: OrbitClasses, k: Flo
     return hints
 
 
-def notes_on_missing_levels(moment: Moment, a: float, k: Floats, parity: Parity | None) -> list[str]:
+def notes_on_missing_levels(moment: Connection, a: float, k: Floats, parity: Parity | None) -> list[str]:
     """Return a line on the levels that a list lacks, and notes; [] if it lacks none or orbits cannot tell."""
     try:
         assessment, notes = assess_levels(moment, a, k, parity)
@@ -333,6 +333,34 @@ def notes_on_missing_levels(moment: Moment, a: float, k: Floats, parity: Parity 
     places = ", ".join(gap.place() for gap in assessment.gaps[:_SHOWN])
     more = f" and {len(assessment.gaps) - _SHOWN} more" if len(assessment.gaps) > _SHOWN else ""
     return [f"{assessment.verdict()}: {places}{more}; 'orbitdb assess FILE' lists them", *notes]
+
+
+def level_statistics(moment: Connection, a: float, levels: Mapping[Parity, Floats]) -> Result:
+    """Return the statistics of the levels of each parity (`Catalogue.level_statistics`)."""
+    rows, notes = [], []
+    for parity, k in levels.items():
+        rows += [statistics(k, Stadium(a), parity, balls) for balls in (False, True)]
+        notes.append(f"{parity}: {len(k)} levels at a = {exact(a)}, k below {k[-1]:.4g}")
+        notes += notes_on_missing_levels(moment, a, k, parity)
+    columns = zip(*rows, *expected(), strict=True)
+    named = zip(Statistics._fields, map(list, columns), strict=True)
+    return Result(Selection(a), dict(named), (), tuple(notes))
+
+
+def notes_on_windows(levels: Levels, parts: Mapping[Parity, Sequence[LevelWindow]]) -> tuple[str, ...]:
+    """Return a line for each parity that compares its levels, found in some windows, with Weyl's law."""
+    notes, low, high = [], levels.low, levels.high
+    for parity, windows in parts.items():
+        below = min(part.below + int((part.k < low).sum()) for part in windows if part.high > low)
+        of_parity = levels.parity == str(parity)
+        own, error = levels.k[of_parity], levels.error[of_parity]
+        places = np.linspace(low, high, 2000)
+        smooth = weyl(Stadium(levels.a), parity)(places)
+        off = float((below + np.searchsorted(own, places) - smooth).mean())
+        worst = f", errors up to {error.max():.0e}" if len(own) else ""
+        count = several(len(own), "level")
+        notes.append(f"{parity}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}")
+    return tuple(notes)
 
 
 def orbits_for(

@@ -34,8 +34,9 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import Column
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_exponent
-from orbitdb.store.connection import Moment
-from orbitdb.store.fills import best_reference
+from orbitdb.progress import Tell, nobody
+from orbitdb.store.connection import Connection
+from orbitdb.store.results import best_reference
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact, with_error
 
@@ -129,6 +130,13 @@ AVERAGES = [
 ]  # fmt: skip
 """The averages, in the order of their columns."""
 
+_AVOIDED = (
+    "these are averages over the trajectories that never contain the pattern; ln z0 is the rate per bounce "
+    "at which other trajectories leave them. If they include long runs along a semicircle, which are left "
+    "more slowly than exponentially, z0 keeps falling with the period"
+)
+"""What averages over the words without a pattern mean."""
+
 OF_AVERAGES = [
     Column(
         name, "number", f"{part}average {exponent}; {average.label.partition(' (')[0].replace('$', '')}", unit
@@ -142,11 +150,11 @@ OF_AVERAGES = [
 
 
 def lyapunov(
-    moment: Moment,
+    moment: Connection,
     chosen: Selection,
     weight: str = "exp",
     cut: float | None = None,
-    tell: Callable[[float], None] = lambda done: None,
+    tell: Tell = nobody,
 ) -> Result:
     """Return the average Lyapunov exponents by period, or up to a cut in lambda (`Catalogue.lyapunov`)."""
     wanted, notes = _weight(weight), list[str]()
@@ -192,7 +200,8 @@ def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str
     for average in AVERAGES:
         columns |= {name: [None] * len(p) for name in average.columns}
         columns |= standing(p, average.compute(given), average.needs, subset.periods)
-    notes += [why_no_sum_rules(subset), *subset.notes(given.sums)]
+    avoided = _AVOIDED if subset.selection.without else ""
+    notes += [why_no_sum_rules(subset), *subset.notes(given.sums), avoided]
     return subset.rows_of(columns)
 
 
@@ -204,15 +213,15 @@ def _without_orbits(a: float) -> str:
     return f"from exact means alone, without orbits: {', '.join(ranges)}"
 
 
-def _up_to(
-    subset: WholePeriods, cut: float, weight: Weight, notes: list[str], tell: Callable[[float], None]
-) -> Result:
+def _up_to(subset: WholePeriods, cut: float, weight: Weight, notes: list[str], tell: Tell) -> Result:
     if not 0 < cut <= _LARGEST_CUT:
         raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows, a = subset.classes, subset.selection.a
     if weight is Weight.DETERMINANT and (most := pseudocycles.largest_cut(rows, cut, MOST_FACTORS)) < cut:
         raise InputError(f"cut {cut:g} has too many terms with weight det: give {most:g} or less")
-    zeta = pseudocycles.lyapunov_by_stability(rows, cut, subset.highest, weight, tell)
+    zeta = pseudocycles.lyapunov_by_stability(
+        rows, cut, subset.highest, weight, lambda done: tell(done, 1.0, "summing pseudo-cycles")
+    )
     if subset.missing:
         notes.append(f"the zeta function lacks p = {subset.why_missing(subset.missing)}")
     else:

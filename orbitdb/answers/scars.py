@@ -15,7 +15,7 @@ from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.waves import scar_strengths
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
-from orbitdb.store.connection import Moment
+from orbitdb.store.connection import Connection
 from orbitdb.store.lookup import find_word
 from orbitdb.store.query import choose
 from orbitdb.store.rows import rows_of
@@ -124,7 +124,7 @@ def _above(own: float, others: Floats) -> float | None:
     return float(own - others.mean()) / spread if spread > _ROUNDING else None
 
 
-def shortest_orbits(moment: Moment, a: float) -> list[Orbit]:
+def shortest_orbits(moment: Connection, a: float) -> list[Orbit]:
     """Return the bouncing balls and the shortest stored orbits, one of each class."""
     chosen = replace(Selection(a), statuses=(Status.ORBIT,), where="code = representative")
     rows = rows_of(moment, choose(moment, chosen, "length", most=SHORTEST), ("code",), 0, SHORTEST)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from orbitdb.answers.completeness import gaps, nothing, without_births
+from orbitdb.answers.completeness import gaps, without_births
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import PeriodSums, every_period, faults_of, of_divisors
@@ -17,14 +17,14 @@ from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rul
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
-from orbitdb.store.connection import Moment
+from orbitdb.store.connection import Connection
 from orbitdb.store.fills import Sweep, moments_of, read_fills, read_sweeps
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import packed, unpack
 
 
-def read_classes(moment: Moment, selection: Selection, texts: Sequence[str] = ()) -> OrbitClasses:
+def read_classes(moment: Connection, selection: Selection, texts: Sequence[str] = ()) -> OrbitClasses:
     """Return the chosen classes that have a length and lambda (`Catalogue.classes`).
 
     `texts` may name ``symmetry`` and ``representative``, to read them, too.
@@ -153,7 +153,9 @@ def with_lower(chosen: Selection) -> Selection:
     return replace(chosen, periods=((2, highest),)) if chosen.periods else chosen
 
 
-def read_whole(moment: Moment, chosen: Selection, swept: bool = False, lower: bool = False) -> WholePeriods:
+def read_whole(
+    moment: Connection, chosen: Selection, swept: bool = False, lower: bool = False
+) -> WholePeriods:
     """Return the chosen classes of the filled periods.
 
     If `swept` and all orbits are chosen, include swept periods without rows. If `lower`, include the periods
@@ -178,19 +180,16 @@ def read_whole(moment: Moment, chosen: Selection, swept: bool = False, lower: bo
 
 
 def read_noted(
-    moment: Moment, chosen: Selection, notes: list[str], swept: bool, lower: bool = True
+    moment: Connection, chosen: Selection, notes: list[str], swept: bool, lower: bool = True
 ) -> WholePeriods | None:
     """Return the chosen classes of complete periods, with those of lower periods (`read_whole`).
 
     Return None if the chosen periods contain no orbit. Notes on what is left out are added to `notes`.
     """
     subset = read_whole(moment, chosen, swept, lower)
-    notes += gaps(moment, chosen, left_out=True, from_sweeps=subset.swept)
-    if not {*subset.classes.p.tolist(), *subset.swept}.isdisjoint(subset.shown):
-        return subset
-    if text := nothing(moment, subset.selection, swept=bool(subset.swept)):
-        notes.append(text)
-    return None
+    empty = {*subset.classes.p.tolist(), *subset.swept}.isdisjoint(subset.shown)
+    notes += gaps(moment, subset.selection, left_out=True, from_sweeps=subset.swept, empty=empty)
+    return None if empty else subset
 
 
 def all_orbits(chosen: Selection) -> bool:

@@ -38,7 +38,10 @@ class Factors(Batch):
 
 
 def expand_by_stability(
-    factors: Factors, cut: float, highest: int | None = None, progress: Callable[[float], None] | None = None
+    factors: Factors,
+    cut: float,
+    highest: int | None = None,
+    progress: Callable[[float], object] | None = None,
 ) -> Expansion:
     """Return the sum of all terms of 1/zeta whose product of multipliers is at most e^cut.
 
@@ -203,7 +206,7 @@ def lyapunov_by_stability(
     cut: float,
     highest: int | None = None,
     weight: Weight = Weight.EXPONENTIAL,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], object] | None = None,
 ) -> ZetaAverages:
     """Return the Lyapunov averages from all pseudo-cycles whose multiplier is at most e^cut.
 

@@ -7,6 +7,7 @@ that y = sin t on both sides.
 
 import math
 from dataclasses import dataclass
+from decimal import Decimal
 from numbers import Real
 from typing import Any
 
@@ -36,7 +37,9 @@ class StadiumError(InputError):
 
 def _half_length(a: Any) -> float:
     """Return a half length as a float; raise `StadiumError` if it is not valid."""
-    number = isinstance(a, Real) and not isinstance(a, bool)
+    number = isinstance(a, Real | Decimal) and not isinstance(a, bool)
+    if isinstance(a, np.floating) and not isinstance(a, float):
+        a = float(str(a))  # what is written as 1.6 is 1.6 in single precision, too
     if number and MIN_A <= a <= MAX_A:
         return float(a)
     given = f"{a!r:.40}" if isinstance(a, str) else f"{a!s:.40}"  # quotes show that it is a string

@@ -1,33 +1,40 @@
 """Estimate the disk space and time that a fill or sweep takes, and check the free space."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 from orbitdb.answers.export import check_space
-from orbitdb.store.connection import Connection
 from orbitdb.store.file import check_file, reading
-from orbitdb.store.fills import Fill, Sweep, read_fills, read_sweeps
+from orbitdb.store.fills import read_fills, read_sweeps
 from orbitdb.store.lookup import a_values
-from orbitdb.store.schema import SCHEMA_VERSION
+from orbitdb.store.tables import SCHEMA_VERSION
 from orbitdb.symbols.pruning import count_admissible
-
-Record = TypeVar("Record", Fill, Sweep)
 
 LARGE = 1_000_000
 """A fill of at least this many words begins with an estimate."""
 
-BYTES = 41.0
-"""Bytes per word at p = 15: an eighth of a class and its orbit."""
+BYTES = 25.0
+_BYTES_A_BOUNCE = 2.0
+"""A word of period p takes at most 25 + 2 p bytes: an eighth of a class and of its orbit.
 
-_RATES = {"newton": (3.2e-7, 1.0e-6, 5.0e-7, 0.0), "relaxation": (1.3e-5, 2.1e-3, 3.2e-6, 0.0)}
-"""Seconds per word for enumerating, solving and storing, on one core of a recent server, and at least in all.
-
-Measured at p = 15 for Newton's method, and at p = 9 for the relaxation, which slows down with p.
+That is for large a, where almost all words are orbits; at a = 1.6, about half of them are.
 """
 
-_SWEEPING = 8.0e-7
-"""Seconds per word for a sweep at p = 14, on one core of a recent server."""
+_EMPTY = 400_000
+"""Bytes of a file with a few words."""
+
+SWEEP = "sweep"
+_RATES = {
+    "newton": (3.2e-7, 1.0e-6, 5.0e-7, 0.0),
+    "relaxation": (1.3e-5, 2.1e-3, 3.2e-6, 0.0),
+    SWEEP: (0.0, 8.0e-7, 0.0, 0.0),
+}
+"""Seconds per word for enumerating, solving and storing, on one core of a recent server, and at least in all.
+
+Measured at p = 15 for Newton's method, at p = 14 for sweeps, which only solve, and at p = 9 for the
+relaxation, which slows down with p.
+"""
 
 ENOUGH = 5_000
 """Earlier fills and sweeps of at least this many words show how fast this machine is."""
@@ -45,7 +52,7 @@ class Need(NamedTuple):
     Attributes
     ----------
     words, bytes : int
-        Number of words still to do, and the disk space that they need.
+        Number of words still to do, and the disk space that they need at most; 0 for a sweep.
     seconds, alone : float
         Time with the given number of processes, and with one process.
     """
@@ -57,36 +64,23 @@ class Need(NamedTuple):
 
 
 def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = "newton") -> Need:
-    """Estimate what a fill takes.
+    """Estimate what a fill by a method takes, or a sweep if the method is `SWEEP`.
 
-    With Newton's method, the rates are those of earlier large fills in the file, if there are any. The
-    catalogue need not exist. Each of the `jobs` processes is assumed to have its own core.
+    The rates are those of earlier large fills or sweeps in the file, if there are any, but for the
+    relaxation. The catalogue need not exist. Each of the `jobs` processes is assumed to have its own core.
     """
-    stored = _stored(path, read_fills)
-    words = _missing(periods, {fill.p: fill.words for at, fill in stored if at == a})
-    done = [
-        (fill.words, (fill.enumerating, fill.solving, fill.storing, fill.seconds))
-        for _, fill in stored
-        if method == "newton" and fill.storing and fill.enumerating
-    ]
-    enumerating, solving, storing, wall = _rates(done) or _RATES[method]
+    stored = list(_stored(path, method))
+    left = {p: count_admissible(p) for p in periods}
+    for at, p, done, _ in stored:
+        if at == a and p in left:
+            left[p] -= done
+    words = sum(left.values())
+    earlier = [] if method == "relaxation" else [(done, seconds) for _, _, done, seconds in stored]
+    enumerating, solving, storing, wall = _rates(earlier) or _RATES[method]
     alone = max(enumerating + solving + storing, wall)  # the disk or other programs may slow this machine
-    return Need(words, round(BYTES * words), max(storing, alone / jobs) * words, alone * words)
-
-
-def sweep_need(path: Path, a: float, periods: Sequence[int], jobs: int) -> Need:
-    """Estimate what a sweep takes, at the rate of earlier large sweeps, if there are any.
-
-    A sweep stores no rows, so it needs hardly any space.
-    """
-    stored = _stored(path, read_sweeps)
-    words = _missing(periods, {sweep.p: sweep.tally.words for at, sweep in stored if at == a})
-    (rate,) = _rates([(sweep.tally.words, (sweep.processor,)) for _, sweep in stored]) or [_SWEEPING]
-    return Need(words, 0, rate * words / jobs, rate * words)
-
-
-def _missing(periods: Sequence[int], stored: Mapping[int, int]) -> int:
-    return sum(count_admissible(p) - stored.get(p, 0) for p in periods)
+    room = _EMPTY * (words > 0) + sum((BYTES + _BYTES_A_BOUNCE * p) * count for p, count in left.items())
+    seconds = max(storing, alone / jobs) * words
+    return Need(words, 0 if method == SWEEP else round(room), seconds, alone * words)
 
 
 def _rates(done: Sequence[tuple[int, Sequence[float]]]) -> list[float]:
@@ -97,18 +91,27 @@ def _rates(done: Sequence[tuple[int, Sequence[float]]]) -> list[float]:
     return [sum(column) / total for column in zip(*(seconds for _, seconds in large), strict=True)]
 
 
-def _stored(path: Path, read: Callable[[Connection, float], list[Record]]) -> list[tuple[float, Record]]:
-    """Return the fills or sweeps with their a; none if the file is not a catalogue with the latest schema."""
+def _stored(path: Path, method: str) -> Iterator[tuple[float, int, int, tuple[float, ...]]]:
+    """Yield a, p, the number of words and the times of each fill or sweep; the times are those of `_RATES`.
+
+    A file that is missing, or has not the latest schema, has none.
+    """
     if check_file(path) != SCHEMA_VERSION:
-        return []
+        return
     with reading(path) as moment:
-        return [(a, record) for a in a_values(moment) for record in read(moment, a)]
+        for a in a_values(moment):
+            if method == SWEEP:
+                for sweep in read_sweeps(moment, a):
+                    yield a, sweep.p, sweep.tally.words, (0.0, sweep.processor, 0.0, 0.0)
+            else:
+                for fill in read_fills(moment, a):
+                    yield a, fill.p, fill.words, (fill.enumerating, fill.solving, fill.storing, fill.seconds)
 
 
 def check_room(path: Path, needed: Need) -> None:
     """Raise `StoreError` if the disk has less free space than a fill and its journal need."""
     check_space(
-        path, needed.bytes + min(needed.bytes, _JOURNAL), f"{needed.words} words and their journal take"
+        path, needed.bytes + min(needed.bytes, _JOURNAL), f"{needed.words} words and their journal take up to"
     )
 
 

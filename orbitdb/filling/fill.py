@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from time import thread_time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.filling.estimate import check_room, need
-from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
+from orbitdb.filling.resuming import Step, Work, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
 from orbitdb.orbits.births import find_changes
 from orbitdb.orbits.newton import solve_admissible
@@ -28,8 +28,8 @@ from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.relaxation import relax
 from orbitdb.orbits.status import Orbits, Status
 from orbitdb.progress import Tell, nobody
-from orbitdb.store import writing
-from orbitdb.store.connection import Connection
+from orbitdb.store import tables, writing
+from orbitdb.store.cursors import Cursor, OvertakenError, open_cursor
 from orbitdb.store.file import reading
 from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
 from orbitdb.store.lives import count_births, read_birth_fills
@@ -39,6 +39,9 @@ from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, prim
 from orbitdb.symbols.pruning import FAMILY, count_admissible, count_primitive, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import SIZES, class_of, joined_words
 from orbitdb.symbols.words import from_strings, key, keys, pack, parse_primitive, to_strings, unpack
+
+if TYPE_CHECKING:
+    from orbitdb.store.connection import Connection
 
 
 @dataclass(frozen=True)
@@ -130,8 +133,7 @@ def fill(
     tell: Tell = nobody,
 ) -> None:
     """Fill the given periods at the given a (`Catalogue.fill`)."""
-    if method not in METHODS:
-        raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
+    check_method(method)
     coming = need(path, a, periods, number_of(jobs, workers), method)
     check_room(path, coming)
     with at_work(coming.alone, jobs, workers) as solving:
@@ -166,18 +168,22 @@ class _Fill(Work):
         self.a, self.method = a, method
         self.stored: set[int] = set()  # periods whose classes are stored
 
-    def open(self, connection: Connection, p: int) -> Cursor:
+    def open(self, connection: "Connection", p: int) -> Cursor:
         if writing.classes_stored(connection, p):
             self.stored.add(p)
-        return open_cursor(connection, "fill", stadium=self.writer.stadium_id(connection, self.a), p=p)
+        else:
+            self.stored.discard(p)
+        return open_cursor(connection, tables.fill, stadium=self.writer.stadium_id(connection, self.a), p=p)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBlock]]:
         p = cursor.p
         return cut_into_blocks(self.a, self.method, p, cursor.after, jobs, p in self.stored)
 
-    def store(self, connection: Connection, cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
+    def store(self, connection: "Connection", cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
         begun, orbits = thread_time(), part.solution.with_symmetries(part.stabiliser)
         numbers = keys(part.codes, cursor.p).tolist()
+        if part.words is None and not writing.classes_stored(connection, cursor.p):
+            raise OvertakenError  # deleted since the block was begun without them
         if part.words is not None:
             writing.add_classes(connection, numbers, orbits.words, part.stabiliser, part.words)
         stadium, by = cursor.row["stadium"], (self.method, part.arithmetic)
@@ -189,7 +195,7 @@ class _Fill(Work):
             "storing": thread_time() - begun,
         }
 
-    def counted(self, connection: Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
+    def counted(self, connection: "Connection", cursor: Cursor) -> tuple[int, dict[str, Any]]:
         counts = status_counts(connection, cursor.row["stadium"], cursor.p).get(cursor.p, {})
         words = sum(count for count, _ in counts.values())
         return words, counts_when_done(cursor.p, counts) | {"words": words}
@@ -216,6 +222,12 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
                 yield Step(p, done, total)
 
 
+def check_method(method: str) -> None:
+    """Raise `InputError` unless a method is one of `METHODS`."""
+    if method not in METHODS:
+        raise InputError(f"method {method!r:.40}: use {' or '.join(METHODS)}")
+
+
 def fillable(code: str) -> str:
     """Read a primitive word that a catalogue can store; raise `InputError` for others."""
     word = parse_primitive(code)
@@ -227,8 +239,7 @@ def fillable(code: str) -> str:
 def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
     """Store a primitive word of any period, with its class and its orbit at a (`Catalogue.fill_word`)."""
     word = fillable(word)
-    if method not in METHODS:
-        raise InputError(f"method {method!r}: use {' or '.join(METHODS)}")
+    check_method(method)
     parameters = {"command": "fill", "a": a, "code": word, "method": method}
     with closing(Writer(path, parameters)) as writer:
         if (pruned := pruned_word(word, a)) is not None:
@@ -272,23 +283,23 @@ def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> 
 
 
 class _Births(Work):
-    def open(self, connection: Connection, p: int) -> Cursor:
-        return open_cursor(connection, "birth_fill", p=p)
+    def open(self, connection: "Connection", p: int) -> Cursor:
+        return open_cursor(connection, tables.birth_fill, p=p)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBlock]]:
         spans = cut(cursor.p, cursor.after, BIRTHS_BLOCK, jobs)
         return (partial(solve_block, find_changes, False, span) for span in spans)
 
-    def store(self, connection: Connection, cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
+    def store(self, connection: "Connection", cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
         numbers = keys(part.codes, cursor.p).tolist()
         least, words = unpack(part.codes, cursor.p), part.words or []
         writing.add_classes(connection, numbers, least, part.stabiliser, words)
         writing.add_changes(self.writer, connection, numbers, part.solution, part.arithmetic)
         return {"words": int(SIZES[part.stabiliser].sum())}
 
-    def counted(self, connection: Connection, cursor: Cursor) -> tuple[int, dict[str, Any]]:
+    def counted(self, connection: "Connection", cursor: Cursor) -> tuple[int, dict[str, Any]]:
         return words_up_to(connection, None, cursor.p, "5" * cursor.p), {}
 
-    def closing(self, connection: Connection, cursor: Cursor) -> dict[str, Any]:
+    def closing(self, connection: "Connection", cursor: Cursor) -> dict[str, Any]:
         writing.number_events(connection, cursor.p)
         return count_births(connection, cursor.p)

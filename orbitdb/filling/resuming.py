@@ -9,88 +9,19 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import closing, suppress
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from orbitdb.errors import StoreError
 from orbitdb.filling.workers import Task, Workers
 from orbitdb.progress import Tell
-from orbitdb.store.connection import Connection
-from orbitdb.store.schema import DONE, FILLING
-from orbitdb.store.writing import Writer, insert_row
+from orbitdb.store.cursors import Cursor, OvertakenError, hold, keep, move
+from orbitdb.store.tables import DONE
+from orbitdb.store.writing import Writer
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.pruning import count_admissible
 
-
-class OvertakenError(Exception):
-    """Another process has moved the cursor, so it must be read again."""
-
-
-@dataclass(frozen=True)
-class Cursor:
-    """Progress of the work on one period: a stored or initial row of `fill`, `sweep` or `birth_fill`."""
-
-    table: str
-    row: dict[str, Any]
-
-    @property
-    def p(self) -> int:
-        """The period."""
-        return int(self.row["p"])
-
-    @property
-    def done(self) -> bool:
-        """Whether the period is complete."""
-        return bool(self.row["state"] == DONE)
-
-    @property
-    def words(self) -> int:
-        """Number of words in the stored classes."""
-        return int(self.row["words"])
-
-    @property
-    def after(self) -> int:
-        """The packed symbols after which the work continues; they need not be a word of the period.
-
-        All classes whose representatives come before or at this point are stored.
-        """
-        return -1 if self.row["cursor"] is None else int(self.row["cursor"], 8)
-
-    @property
-    def own(self) -> str:
-        """The SQL condition for this row, and for rows of other tables with the same stadium and period."""
-        return " AND ".join(f"{name} = :{name}" for name in ("stadium", "p") if name in self.row)
-
-
-def open_cursor(connection: Connection, table: str, **begun: object) -> Cursor:
-    """Return the stored progress of a period, or an initial row with the given values and zero counts."""
-    columns = list(connection.records(f"PRAGMA table_info({table})"))
-    zero = {column["name"]: 0 for column in columns if column["notnull"] and not column["pk"]}
-    cursor = Cursor(table, zero | {"cursor": None} | begun | {"state": FILLING})
-    stored = connection.records(f"SELECT * FROM {table} WHERE {cursor.own}", cursor.row)
-    return Cursor(table, next(stored, cursor.row))
-
-
-def hold(connection: Connection, cursor: Cursor) -> None:
-    """Raise `OvertakenError` if another process has moved the cursor; during this transaction, none can."""
-    query = f"SELECT state, cursor FROM {cursor.table} WHERE {cursor.own}"
-    stored = connection.execute(query, cursor.row).fetchone() or (FILLING, None)
-    if stored != (FILLING, cursor.row["cursor"]):
-        raise OvertakenError
-
-
-def move(connection: Connection, cursor: Cursor, span: Span, spent: Mapping[str, float]) -> Cursor:
-    """Move a cursor to the end of the next span, and add the counts and times of that span."""
-    row = cursor.row
-    added = {name: row[name] + value for name, value in spent.items()} | {"cursor": f"{span.upto:0{span.p}o}"}
-    return _stored(connection, cursor, added)
-
-
-def _stored(connection: Connection, cursor: Cursor, values: Mapping[str, Any]) -> Cursor:
-    """Store new values of a cursor's row, and return the cursor with them."""
-    row = cursor.row | dict(values)
-    insert_row(connection, cursor.table, row)
-    return replace(cursor, row=row)
+if TYPE_CHECKING:
+    from orbitdb.store.connection import Connection
 
 
 class Step(NamedTuple):
@@ -108,7 +39,7 @@ class Work(ABC):
         self.writer = writer
 
     @abstractmethod
-    def open(self, connection: Connection, p: int) -> Cursor:
+    def open(self, connection: "Connection", p: int) -> Cursor:
         """Return the progress of a period."""
 
     @abstractmethod
@@ -116,14 +47,14 @@ class Work(ABC):
         """Cut the work after a cursor into blocks, in order; the result of each block has a `span`."""
 
     @abstractmethod
-    def store(self, connection: Connection, cursor: Cursor, part: Any) -> dict[str, float]:
+    def store(self, connection: "Connection", cursor: Cursor, part: Any) -> dict[str, float]:
         """Store the result of the span after a cursor; return the numbers to add to the cursor's row."""
 
-    def counted(self, connection: Connection, cursor: Cursor) -> tuple[int, Mapping[str, Any]]:
+    def counted(self, connection: "Connection", cursor: Cursor) -> tuple[int, Mapping[str, Any]]:
         """Return the number of words stored, and final values for the cursor's row."""
         return cursor.words, {}
 
-    def closing(self, connection: Connection, cursor: Cursor) -> Mapping[str, Any]:
+    def closing(self, connection: "Connection", cursor: Cursor) -> Mapping[str, Any]:
         """Finish a complete period; return further final values for the cursor's row."""
         return {}
 
@@ -181,7 +112,7 @@ def _close(work: Work, cursor: Cursor) -> None:
     with work.writer.writing() as connection:
         hold(connection, cursor)
         final = {**values, **work.closing(connection, cursor), "state": DONE}
-        _stored(connection, cursor, final)
+        keep(connection, cursor, final)
 
 
 def run_steps(

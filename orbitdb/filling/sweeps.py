@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from time import thread_time
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,18 +16,22 @@ from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.estimate import sweep_need
-from orbitdb.filling.resuming import Cursor, Step, Work, open_cursor, resume, run_steps
+from orbitdb.filling.estimate import SWEEP, need
+from orbitdb.filling.resuming import Step, Work, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
 from orbitdb.orbits.exponents import OrbitClasses, Tally, exponents
 from orbitdb.progress import Tell, nobody
-from orbitdb.store.connection import Connection
+from orbitdb.store import tables
+from orbitdb.store.cursors import Cursor, delete_blocks, open_cursor, sums_of_blocks
 from orbitdb.store.file import reading
 from orbitdb.store.fills import moments_of, read_sweeps
 from orbitdb.store.writing import Writer, insert_row
 from orbitdb.symbols.enumeration import LeastWords, Span, all_least_words, class_spans
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
+
+if TYPE_CHECKING:
+    from orbitdb.store.connection import Connection
 
 Tilts = Mapping[int, Floats]
 
@@ -47,7 +51,7 @@ def sweep(
     tell: Tell = nobody,
 ) -> None:
     """Sweep the given periods at the given a (`Catalogue.sweep`)."""
-    coming = sweep_need(path, a, periods, number_of(jobs, workers))
+    coming = need(path, a, periods, number_of(jobs, workers), SWEEP)
     with at_work(coming.alone, jobs, workers) as solving:
         words = {p: count_admissible(p) for p in periods}
         steps = sweep_periods(path, a, periods, solving)
@@ -74,18 +78,18 @@ class _Sweep(Work):
         super().__init__(writer)
         self.a, self.tilts = a, tilts
 
-    def open(self, connection: Connection, p: int) -> Cursor:
+    def open(self, connection: "Connection", p: int) -> Cursor:
         """Return the progress of a period; its initial row has the tilts of the period."""
         moments = to_bytes({level: TiltMoments.none(mu) for level, mu in self.tilts.items()})
         stadium = self.writer.stadium_id(connection, self.a)
-        return open_cursor(connection, "sweep", stadium=stadium, p=p, moments=moments)
+        return open_cursor(connection, tables.sweep, stadium=stadium, p=p, moments=moments)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task["SweptSums"]]:
         """Cut a period into the same blocks for any number of jobs, so that the sums do not depend on it."""
         spans, tilts = class_spans(cursor.p, CLASSES, cursor.after), _tilts_of(cursor)
         return (partial(solve_swept, self.a, tilts, span) for span in spans)
 
-    def store(self, connection: Connection, cursor: Cursor, part: "SweptSums") -> dict[str, float]:
+    def store(self, connection: "Connection", cursor: Cursor, part: "SweptSums") -> dict[str, float]:
         block = {
             "stadium": cursor.row["stadium"],
             "p": cursor.p,
@@ -94,20 +98,16 @@ class _Sweep(Work):
             "moments": to_bytes(part.moments),
             "run": self.writer.run_id(connection, part.arithmetic),
         }
-        insert_row(connection, "sweep_block", block)
+        insert_row(connection, tables.sweep_block, block)
         return {**asdict(part.tally), "blocks": 1, "processor": part.processor}
 
-    def closing(self, connection: Connection, cursor: Cursor) -> dict[str, Any]:
+    def closing(self, connection: "Connection", cursor: Cursor) -> dict[str, Any]:
         """Add up the blocks of a period, and delete them."""
-        query = f"SELECT sums, moments FROM sweep_block WHERE {cursor.own} ORDER BY number"
-        blocks = connection.execute(query, cursor.row).fetchall()
+        blocks, arithmetics = sums_of_blocks(connection, cursor)
         sums = [PeriodSums.from_numbers(cursor.p, numbers) for numbers, _ in blocks]
         parts = [from_bytes(of_block) for _, of_block in blocks]
         moments = {level: TiltMoments.joined([part[level] for part in parts]) for level in _tilts_of(cursor)}
-        by = f"""SELECT DISTINCT json_extract(parameters, '$.arithmetic') FROM run
-            JOIN sweep_block ON sweep_block.run = run.id WHERE {cursor.own} ORDER BY 1"""
-        arithmetics = " | ".join(name for (name,) in connection.execute(by, cursor.row))
-        connection.execute(f"DELETE FROM sweep_block WHERE {cursor.own}", cursor.row)
+        delete_blocks(connection, cursor)
         number = self.writer.run_id(connection, arithmetics or None)
         total = PeriodSums.joined(sums, cursor.p)
         return {"sums": total.numbers(), "moments": to_bytes(moments), "run": number}

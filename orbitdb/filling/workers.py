@@ -5,22 +5,18 @@ Results come in the order of the blocks. The number of blocks in progress is lim
 
 import os
 import pickle
-import shutil
 import signal
 import sys
-import threading
+import traceback
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from itertools import islice
-from multiprocessing import get_context, resource_tracker
-from multiprocessing.connection import Connection
-from pathlib import Path
-from tempfile import NamedTemporaryFile, TemporaryDirectory, gettempdir
-from types import ModuleType
-from typing import Any, Self, TypeAlias, TypeVar
+from queue import SimpleQueue
+from subprocess import PIPE, Popen
+from threading import Thread
+from typing import IO, Any, NoReturn, Self, TypeAlias, TypeVar
 
 from orbitdb.errors import InputError, WorkError, need_whole
 
@@ -86,8 +82,8 @@ HERE = Workers()
 class Processes(Workers):
     """Context manager that solves blocks in processes that it starts, and ends at once after use.
 
-    Results come as files in a temporary folder. If a process died while it sent a long result through its
-    pipe, Python's pool would wait for the rest of it for ever.
+    Blocks and results travel as pickles through the pipes of each process. One thread a process waits for
+    its results, so that a process that dies is noticed even if it has sent half a result.
 
     Parameters
     ----------
@@ -97,99 +93,125 @@ class Processes(Workers):
 
     def __init__(self, jobs: int) -> None:
         self.jobs = jobs
+        self._started: list[Popen[bytes]] = []
+        self._idle: SimpleQueue[Popen[bytes]] = SimpleQueue()
 
     def __enter__(self) -> Self:
-        """Start the processes now, because that takes a few tenths of a second."""
-        self._folder = TemporaryDirectory(prefix="orbitdb-", ignore_cleanup_errors=True)
-        context = get_context("spawn")
-        self._staying, self._stay = context.Pipe(duplex=False)
-        with _apart():  # it starts Python's tracker of resources
-            self._pool = ProcessPoolExecutor(self.jobs, context, _begin, (self._staying, self._folder.name))
-        for _ in range(self.jobs):
-            self._begin(int)
+        """Start the processes.
+
+        Raises
+        ------
+        WorkError
+            If the system does not allow so many.
+        """
+        self._threads = ThreadPoolExecutor(self.jobs)
+        try:
+            for _ in range(self.jobs):
+                self._started.append(_start())
+                self._idle.put(self._started[-1])
+        except BaseException:
+            self.__exit__()
+            raise
         return self
 
     def __exit__(self, *error: object) -> None:
         """End all processes without waiting for blocks in progress."""
-        self._stay.close()
-        self._pool.shutdown(cancel_futures=True)
-        self._staying.close()
-        self._folder.cleanup()
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        for process in self._started:
+            with suppress(OSError):  # it has died
+                _pipes(process)[0].close()
+        self._threads.shutdown()
+        for process in self._started:
+            _pipes(process)[1].close()
+            process.wait()
 
     def _ahead(self) -> int:
         return AHEAD * self.jobs
 
-    def _begin(self, block: Task[Any]) -> Future[str]:
-        with _alive(), _apart():  # each call may start a process
-            return self._pool.submit(_solve, block, self._folder.name)
+    def _begin(self, block: Task[Any]) -> Future[Any]:
+        return self._threads.submit(self._solve, block)
 
-    def _result(self, begun: Future[str]) -> Any:
+    def _result(self, begun: Future[Any]) -> Any:
+        return begun.result()
+
+    def _solve(self, block: Task[Any]) -> Any:
+        """Let an idle process solve a block; return the result, or raise the error that the block raised."""
+        task, process = pickle.dumps(block), self._idle.get()
         try:
-            with _alive():
-                path = Path(begun.result())
-            answer = pickle.loads(path.read_bytes())
-            path.unlink()
-        except OSError as error:
+            tasks, results = _pipes(process)
+            pickle.dump(task, tasks)
+            tasks.flush()
+            solved, result = pickle.load(results)
+        except (EOFError, pickle.UnpicklingError, OSError):
             raise WorkError(
-                f"results cannot be kept in {gettempdir()} ({error.strerror}): free some room, or set TMPDIR"
-            ) from error
-        return answer
-
-
-@contextmanager
-def _alive() -> Iterator[None]:
-    """Say what to do if a process died."""
-    try:
-        yield
-    except BrokenProcessPool:
-        raise WorkError(
-            "a worker process died; nothing stored is lost, and the same command continues from there: "
-            "if memory is short, use fewer processes with --jobs"
-        ) from None
-
-
-_one_at_a_time = threading.Lock()
-
-
-@contextmanager
-def _apart() -> Iterator[None]:
-    """Hide the user's script, which a new process would run, and let it start with signals blocked."""
-    masks = hasattr(signal, "pthread_sigmask")
-    with _one_at_a_time:
-        main = sys.modules["__main__"]
-        if masks:
-            before = signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
-            resource_tracker.ensure_running()  # SIGHUP would end it, and it unblocks other signals
-            signal.pthread_sigmask(signal.SIG_BLOCK, _SIGNALS)
-        try:
-            sys.modules["__main__"] = ModuleType("__main__")
-            yield
+                "a worker process died; nothing stored is lost, and the same command continues from there: "
+                "if memory is short, use fewer processes with --jobs"
+            ) from None
         finally:
-            sys.modules["__main__"] = main
-            if masks:
-                signal.pthread_sigmask(signal.SIG_SETMASK, before)
+            self._idle.put(process)
+        if not solved:
+            raise result
+        return result
 
 
-def _begin(staying: Connection, folder: str) -> None:
-    """Leave signals to the process that stores the results, and end as soon as it does."""
+_WORKER = "import sys; sys.path[:] = sys.argv[1:]; from orbitdb.filling.workers import work; work()"
+"""Program of a worker process; its arguments are the folders that this process imports from."""
+
+
+def _start() -> Popen[bytes]:
+    """Start a process that runs `work`, in a group of its own, which Ctrl-C in a terminal does not reach."""
+    command = [sys.executable, "-P", "-c", _WORKER, *map(str, sys.path)]
+    try:
+        return Popen(command, stdin=PIPE, stdout=PIPE, process_group=0)
+    except OSError as error:
+        raise WorkError(
+            f"a worker process cannot start ({error.strerror}): use fewer processes with --jobs"
+        ) from error
+
+
+def _pipes(process: Popen[bytes]) -> tuple[IO[bytes], IO[bytes]]:
+    """Return the pipes that lead to a worker process and back."""
+    assert process.stdin is not None
+    assert process.stdout is not None
+    return process.stdin, process.stdout
+
+
+def work() -> NoReturn:
+    """Solve the blocks that arrive on stdin and write the results to stdout.
+
+    The process ends as soon as stdin is closed, even within a block: by the process that stores the results,
+    or because that process has ended. It ignores signals, which are left to the other process.
+    """
     for number in _SIGNALS:
         signal.signal(number, signal.SIG_IGN)
-    threading.Thread(target=_end, args=(staying, folder), daemon=True).start()
+    results, sys.stdout = sys.stdout.buffer, sys.stderr  # nothing else may be printed between the results
+    tasks: SimpleQueue[bytes] = SimpleQueue()
+    Thread(target=_receive, args=(tasks,), daemon=True).start()
+    while True:
+        result = _solved(tasks.get())
+        try:
+            results.write(result)
+            results.flush()
+        except OSError:
+            os._exit(1)
 
 
-def _end(staying: Connection, folder: str) -> None:
-    """End this process when the other end of a pipe is closed, by the other process or by its end."""
-    with suppress(EOFError, OSError):
-        staying.recv()
-    shutil.rmtree(folder, ignore_errors=True)
-    os._exit(1)
+def _receive(tasks: SimpleQueue[bytes]) -> None:
+    """Put tasks from stdin in a queue; end the process when stdin is closed."""
+    try:
+        while True:
+            tasks.put(pickle.load(sys.stdin.buffer))
+    finally:
+        os._exit(1)
 
 
-def _solve(block: Task[Any], folder: str) -> str:
-    """Solve a block; return the path of a file with the result."""
-    with NamedTemporaryFile(dir=folder, delete=False) as file:
-        pickle.dump(block(), file, pickle.HIGHEST_PROTOCOL)
-    return file.name
+def _solved(task: bytes) -> bytes:
+    """Return whether a block was solved, and the result or the error, as a pickle."""
+    try:
+        return pickle.dumps((True, pickle.loads(task)()), pickle.HIGHEST_PROTOCOL)
+    except Exception as error:
+        error.add_note(f"In a worker process:\n{traceback.format_exc()}")
+        return pickle.dumps((False, error))
 
 
 def cores() -> int:
@@ -212,8 +234,7 @@ def number_of(jobs: int | None, workers: Workers | None = None) -> int:
         return workers.jobs
     if jobs is None:
         return cores()
-    need_whole("jobs", jobs)
-    return jobs
+    return need_whole("jobs", jobs)
 
 
 @contextmanager

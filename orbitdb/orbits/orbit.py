@@ -14,7 +14,9 @@ from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn
+from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.status import Status
+from orbitdb.symbols.plane import symbol_plane
 from orbitdb.symbols.pruning import FAMILY, rules_of
 from orbitdb.symbols.symmetry import (
     ELEMENT_OF,
@@ -150,6 +152,16 @@ class Orbit(Drawn):
         return None if self.length is None else self.length / (2 if self.half else 1)
 
     @property
+    def quarter_lyapunov(self) -> float | None:
+        """Lambda of one traversal in the quarter stadium: lambda / 2 if there is a `half`, else lambda."""
+        return None if self.lyapunov is None else self.lyapunov / (2 if self.half else 1)
+
+    @property
+    def quarter_maslov(self) -> int | None:
+        """Maslov index of one traversal in the quarter stadium: `maslov` / 2 if there is a `half`."""
+        return None if self.maslov is None else self.maslov // (2 if self.half else 1)
+
+    @property
     def lambda_d(self) -> float | None:
         """Lambda per bounce, or None if there is no orbit."""
         return None if self.lyapunov is None else self.lyapunov / self.p
@@ -232,6 +244,14 @@ class Orbit(Drawn):
         return self.coordinates[None, :]
 
     @property
+    def symbol_plane(self) -> Floats | None:
+        """The points (gamma, delta) of the bounces in the symbol plane, shape (p, 2).
+
+        A dynamically pruned word has them too (`orbitdb.symbols.plane`). None for a word that breaks a rule.
+        """
+        return None if self.class_size is None else symbol_plane(from_strings([self.code]))[0]
+
+    @property
     def monodromy(self) -> Floats | None:
         """Monodromy matrix of (d theta, d y), starting just after the last bounce, shape (2, 2), or None.
 
@@ -249,6 +269,16 @@ class Orbit(Drawn):
         if self.lyapunov is None:
             return None
         return float(np.exp(self.lyapunov) + np.exp(-self.lyapunov)) * (-1.0) ** self.walls
+
+    @property
+    def area_slope(self) -> float | None:
+        """Derivative of the enclosed area in the curvature of the path, at zero, in radius^3, or None.
+
+        In a weak magnetic field, S = L - kappa area - kappa^2 area_slope / 2 is the action.
+        """
+        if self.coordinates is None:
+            return None
+        return float(area_slopes(Stadium(self.a), from_strings([self.code]), self._one_row())[0])
 
     def reverse(self) -> "Orbit":
         """Return the time-reversed orbit, which traverses the same path in the opposite direction."""
@@ -290,14 +320,17 @@ class Orbit(Drawn):
         svg = import_module("orbitdb.plots.svg")
         if self.points is None or self.p > svg.MOST_BOUNCES:
             return None
-        return svg.orbit_svg(Stadium(self.a), self.points, f"The orbit {self.code} at a = {exact(self.a)}")
+        title = f"The orbit {self.code} at a = {exact(self.a)}"
+        return svg.orbit_svg(Stadium(self.a), self.points, self.code, title)
 
-    def _figure(self) -> tuple[str, Sequence[Any], str]:
+    _FIGURES = ("orbit",)
+
+    def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
         if self.points is None:
             raise InputError(
                 f"{self.code:.40} at a = {exact(self.a)} cannot be drawn: {self.status.sentence}"
             )
-        return "paths.draw_orbit", (Stadium(self.a), self.points), shortened(self.code)
+        return (Stadium(self.a), self.points, self.code), shortened(self.code)
 
 
 _Number = TypeVar("_Number", float, Floats)

@@ -1,13 +1,16 @@
 """Style and output of figures: colours for the colour-blind, sizes for print, and no need for a display."""
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from matplotlib import rc_context
+from matplotlib import rc_context, rcParams
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.textpath import TextPath
 
@@ -17,6 +20,8 @@ from orbitdb.text import shortened
 BLUE, ORANGE, GREEN, PURPLE = "#0072b2", "#d55e00", "#009e73", "#cc79a7"
 """Colours of Okabe and Ito. Curves that differ in colour also differ in shape or line style."""
 INK, GREY, FAINT = "#333333", "#777777", "#bbbbbb"
+SMALL = 7
+"""Size of the smallest text, in points: still legible in print."""
 INKS = {"one": BLUE, "two": ORANGE, "three": GREEN, "four": PURPLE, "five": INK, "six": GREY}
 """The colour of each ink; the screen uses the same names of inks."""
 
@@ -36,6 +41,7 @@ _LOOK: Any = {
     "legend.frameon": False,
     "legend.fontsize": 9,
     "lines.linewidth": 1.4,
+    "lines.markersize": 5,
     "text.usetex": False,  # all formulas are matplotlib's own, so that no figure needs LaTeX
     "mathtext.fontset": "dejavusans",
     "pdf.fonttype": 42,
@@ -44,35 +50,97 @@ _LOOK: Any = {
 }
 
 
+_NARROW = 4.5
+"""Narrower figures, in inches, have smaller text: one column of a journal is 3.4 inches (8.6 cm) wide."""
+_LOOK_NARROW: Any = _LOOK | {
+    "font.size": 8,
+    "axes.labelsize": 8,
+    "axes.titlesize": 8,
+    "legend.fontsize": SMALL,
+    "legend.handlelength": 1.5,
+    "lines.linewidth": 1.1,
+    "lines.markersize": 3.5,
+}
+
+Size = tuple[float, float]
+"""Width and height of a figure in inches."""
+
+_size: ContextVar[Size | None] = ContextVar("size", default=None)
+
+
 @contextmanager
-def look() -> Iterator[None]:
-    """Set the style of figures for everything drawn within the context."""
-    with rc_context(_LOOK):
+def sized(size: Size | None) -> Iterator[None]:
+    """Give every figure that is made within the context a size, unless it is None."""
+    token = _size.set(size)
+    try:
+        yield
+    finally:
+        _size.reset(token)
+
+
+@contextmanager
+def look(width: float = 6.4) -> Iterator[None]:
+    """Set the style of figures of a width, in inches, for everything drawn within the context."""
+    with rc_context(_LOOK if width >= _NARROW else _LOOK_NARROW):
         yield
 
 
+class Colours(NamedTuple):
+    """What was drawn in colours that stand for numbers, and the name of the number."""
+
+    drawn: ScalarMappable
+    name: str
+
+    def add_bar(self, ax: Axes, extend: str = "neither") -> None:
+        """Add a bar beside the axes, of the same height, that explains the colours."""
+        bar = ax.inset_axes((1.02, 0, 0.025, 1))
+        ax.figure.colorbar(self.drawn, cax=bar, label=self.name, extend=extend)
+
+
+class Picture(Figure):
+    """A whole figure, with notes on what it leaves out.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        What is to be said beside the figure, one line each.
+    """
+
+    notes: tuple[str, ...] = ()
+
+
 @contextmanager
-def figure(width: float, height: float, title: str = "") -> Iterator[Figure]:
+def figure(width: float, height: float, title: str = "", notes: Iterable[str] = ()) -> Iterator[Picture]:
     """Create a figure of the given size in inches; whatever is drawn within the context has our style.
 
-    The title also becomes the figure's label; each line after the first adds to the height. Axes without a
-    legend of their own share a legend below them, where it covers no points.
+    `sized` replaces the size. The title also becomes the figure's label; each line after the first adds to
+    the height. Axes without a legend of their own share a legend below them, where it covers no points.
     """
-    lines = wrapped(title, width)
-    with look():
-        made = Figure(figsize=(width, height + _LINE * lines.count("\n")), layout="constrained", label=title)
+    asked = _size.get()
+    width = asked[0] if asked else width
+    with look(width):
+        lines = wrapped(title, width)
+        made = Picture(
+            figsize=asked or (width, height + _LINE * lines.count("\n")), layout="constrained", label=title
+        )
+        made.notes = tuple(notes)
         if title:
-            made.suptitle(lines, fontsize=_LOOK["axes.titlesize"])
+            made.suptitle(lines, fontsize=rcParams["axes.titlesize"])
         yield made
         bare = [ax.get_legend_handles_labels() for ax in made.axes if ax.get_legend() is None]
         named = {label: handle for pair in bare for handle, label in zip(*pair, strict=True)}
-        if named:
-            made.legend(named.values(), named.keys(), loc="outside lower center", ncols=2)
+        for columns in (2, 1) if named else ():
+            legend = made.legend(named.values(), named.keys(), loc="outside lower center", ncols=columns)
+            if columns == 1 or legend.get_window_extent().width <= made.bbox.width:
+                break
+            legend.remove()
 
 
 def wrapped(text: str, width: float) -> str:
     """Wrap a title into at most three lines, each at most `width` inches wide."""
-    size = _LOOK["axes.titlesize"]
+    size = rcParams["axes.titlesize"]
+    if not isinstance(size, int | float):
+        size = _LOOK["axes.titlesize"]  # outside our style
     room = 72 * (width - _BESIDE)
     for length in range(max(int(room / (0.4 * size)), 1), 0, -1):
         lines = textwrap.wrap(text, length, max_lines=3, placeholder=" ...")
@@ -91,17 +159,14 @@ def plain(text: str) -> str:
     return text.encode("ascii", "backslashreplace").decode("ascii").replace("$", r"\$")
 
 
-def adjust(made: Figure, inches: tuple[float, float] | None, title: str | None) -> None:
-    """Change the size or the title of a figure."""
-    if inches is not None:
-        made.set_size_inches(*inches)
-    if title is not None:
+def entitle(made: Figure, title: str) -> None:
+    """Change the title of a figure."""
+    with look(made.get_figwidth()):
         lines = wrapped(title, made.get_figwidth())
-        with look():
-            if made.get_suptitle() or not made.axes or not made.axes[0].get_title():
-                made.suptitle(lines, fontsize=_LOOK["axes.titlesize"])
-            else:
-                made.axes[0].set_title(lines)
+        if made.get_suptitle() or not made.axes or not made.axes[0].get_title():
+            made.suptitle(lines, fontsize=rcParams["axes.titlesize"])
+        else:
+            made.axes[0].set_title(lines)
 
 
 def save(made: Figure, path: Path, ending: str, description: str, dpi: int = 200) -> None:

@@ -9,7 +9,8 @@ Place = tuple[float, float]
 """Cartesian coordinates x and y."""
 
 MOST_BOUNCES = 5000
-_NUMBERED = 24
+MOST_LABELLED = 24
+"""Largest number of bounces that carry their symbols."""
 _PATH, _WALL, _FAINT, _PAPER = "#0072b2", "#333333", "#b8b8b8", "#ffffff"
 _SMALL = 200
 """Narrower pictures, in pixels, show the stadium and the path alone."""
@@ -19,16 +20,19 @@ _AWAY = 14
 _NEAR = 0.12
 
 
-def orbit_svg(stadium: Stadium, points: Floats, title: str, width: int = 480) -> str:
+def orbit_svg(stadium: Stadium, points: Floats, symbols: str, title: str, width: int = 480) -> str:
     """Return a picture of a closed path in its stadium, as one ``svg`` element.
 
     It shows the stadium with its continued walls and circles, as in the paper's Fig. 1, the path with an
-    arrow on its first link, and, if there are only a few bounces, a dot and a number for each.
+    arrow on its first link, and, if there are only a few bounces, a dot and the symbol of each; the dot of
+    the first is open.
 
     Parameters
     ----------
     points : ndarray, shape (p, 2)
         The bounces in order, in units of the radius.
+    symbols : str
+        The symbol of each bounce.
     title : str
         Text alternative of the picture.
     width : int, optional
@@ -51,10 +55,11 @@ def orbit_svg(stadium: Stadium, points: Floats, title: str, width: int = 480) ->
         circles = f'<circle cx="-{a}" r="{r}"/><circle cx="{a}" r="{r}"/>'
         body.insert(0, f'<g fill="none" stroke="{_FAINT}"><path d="{walls}"/>{circles}</g>')
         body.append(_arrow(points, scale))
-    if not small and len(points) <= _NUMBERED:
+    if not small and len(points) <= MOST_LABELLED:
         dots = (place.partition(",") for place in places)
         circles = "".join(f'<circle cx="{x}" cy="{y}" r="3.5"/>' for x, _, y in dots)
-        body += [f'<g fill="{_PATH}">{circles}</g>', *_numbers(stadium, points, scale)]
+        first = circles.replace("/>", f' fill="{_PAPER}" stroke="{_PATH}" stroke-width="1.5"/>', 1)
+        body += [f'<g fill="{_PATH}">{first}</g>', *_symbols(stadium, points, symbols, scale)]
     return "\n".join([
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height:.0f}" role="img"'
         f' viewBox="{corner[0]} {corner[1]} {width} {height:.2f}">',
@@ -73,11 +78,11 @@ def _arrow(points: Floats, scale: float) -> str:
     return f'<path d="M7 0L-5 5L-5 -5Z" fill="{_PATH}" transform="{place}"/>'
 
 
-def _numbers(stadium: Stadium, points: Floats, scale: float) -> list[str]:
+def _symbols(stadium: Stadium, points: Floats, symbols: str, scale: float) -> list[str]:
     labels = [
         f'<text x="{x * scale + _AWAY * right:.2f}" y="{-y * scale - _AWAY * up:.2f}"'
         f' dy="0.35em">{text}</text>'
-        for (x, y), (right, up), text in number_labels(stadium, points)
+        for (x, y), (right, up), text in symbol_labels(stadium, points, symbols)
     ]
     return [
         f'<g fill="{_WALL}" font-family="sans-serif" font-size="13" text-anchor="middle"'
@@ -87,19 +92,19 @@ def _numbers(stadium: Stadium, points: Floats, scale: float) -> list[str]:
     ]
 
 
-def number_labels(stadium: Stadium, points: Floats) -> list[tuple[Place, Place, str]]:
-    """Return labels that number the bounces from 1, given their points, shape (p, 2).
+def symbol_labels(stadium: Stadium, points: Floats, symbols: str) -> list[tuple[Place, Place, str]]:
+    """Return labels with the symbols of bounces, given their points, shape (p, 2), in the same order.
 
     A label consists of the point of a bounce, the outward direction at the wall there, and a text. Bounces
-    that are close together share a label, such as ``2, 6``.
+    that are close together share a label; if their symbols differ, it is such as ``1, 4``.
     """
     places: list[tuple[Floats, list[str]]] = []
-    for n, point in enumerate(points):
+    for symbol, point in zip(symbols, points, strict=True):
         shared = [texts for place, texts in places if np.hypot(*(place - point)) < _NEAR]
-        if shared:
-            shared[0].append(str(n + 1))
-        else:
-            places.append((point, [str(n + 1)]))
+        if not shared:
+            places.append((point, [symbol]))
+        elif symbol not in shared[0]:
+            shared[0].append(symbol)
     centres = [min(max(x, -stadium.a), stadium.a) for (x, _), _ in places]
     return [
         ((float(x), float(y)), (float(x) - centre, float(y)), ", ".join(texts))

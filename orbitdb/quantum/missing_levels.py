@@ -79,6 +79,8 @@ class Assessment(Drawn):
         Whether the fit of the radius ended at its limit, half a per cent, and has therefore failed.
     window : bool
         Whether the list was allowed to begin with any level.
+    notes : tuple of str
+        What else may explain a list that does not fit, or lacks its lowest levels.
     """
 
     a: float
@@ -99,6 +101,7 @@ class Assessment(Drawn):
     scale_error: float = 0.0
     at_limit: bool = False
     window: bool = False
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.k)
@@ -130,8 +133,10 @@ class Assessment(Drawn):
         """Return the gaps as a data frame with their columns from ``after`` to ``probability``."""
         return data_frame([gap[:-1] for gap in self.gaps], Gap._fields[:-1])
 
-    def _figure(self) -> tuple[str, Sequence[Any], str]:
-        return "assess.draw_assess", (self,), self.verdict()
+    _FIGURES = ("assess",)
+
+    def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
+        return (self,), self.verdict()
 
     def verdict(self) -> str:
         """Return a sentence that says whether the list fits, how many levels are missing or spurious."""

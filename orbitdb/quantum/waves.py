@@ -26,14 +26,14 @@ from scipy.spatial import cKDTree
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium, as_stadium
-from orbitdb.errors import InputError, checked
-from orbitdb.extras import drawn
+from orbitdb.errors import InputError
+from orbitdb.extras import drawn, figure_name
 from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.condensation import eigenfunctions, one_thread
 from orbitdb.quantum.elements import nodes
 from orbitdb.quantum.levels import LevelTask, windows
-from orbitdb.quantum.weyl import Parity, one_parity
+from orbitdb.quantum.weyl import Parity, one_parity, weyl
 from orbitdb.text import exact
 
 if TYPE_CHECKING:
@@ -148,21 +148,22 @@ class Wave:
         density = np.abs((waves * packet).sum(axis=-1).T) ** 2
         return density / density.max()
 
-    def plot(self, ax: "Axes | None" = None, orbit: "Orbit | None" = None) -> "Axes":
-        """Draw psi^2 with matplotlib; if an orbit is given, draw it on top.
+    def plot(self, kind: str | None = None, ax: "Axes | None" = None, orbit: "Orbit | None" = None) -> "Axes":
+        """Draw psi^2 or the Husimi function with matplotlib; if an orbit is given, draw it on top.
 
         Parameters
         ----------
+        kind : str, optional
+            ``wave`` for psi^2, as by default, or ``husimi``.
         ax : matplotlib.axes.Axes, optional
             Axes to draw on; by default, the axes of a new figure.
         orbit : Orbit, optional
-            Orbit to draw on top of psi^2.
+            Orbit to draw on top: its path, or its bounces.
         """
         title = f"k = {self.k:.6g}, {self.parity}, a = {exact(self.stadium.a)}"
-        return drawn("curves.draw_wave", (self, orbit), title, ax)
+        return drawn(figure_name(kind, ("wave", "husimi")), (self, orbit), title, ax)
 
 
-@checked
 def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | str) -> Iterator[Wave]:
     """Yield the waves of all levels of one parity with low <= k < high, in ascending order of k.
 
@@ -187,6 +188,17 @@ def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | st
         cells, levels = _functions(task)
         for k, function in levels:
             yield Wave(at, of, k, function, cells)
+
+
+def nearest_wave(stadium: Stadium | float, k: float, parity: Parity | str) -> Wave:
+    """Return the wave of the level of one parity that is nearest to a given k, in 1/radius."""
+    at, of = as_stadium(stadium), one_parity(parity)
+    spacing, width = 1 / max(float(weyl(at, of).deriv()(k)), 0.2), 0.0
+    near: list[Wave] = []
+    while not near:
+        width += 2 * spacing
+        near = list(waves(at, max(k - width, 0.0), k + width, parity))
+    return min(near, key=lambda wave: abs(wave.k - k))
 
 
 def _functions(task: LevelTask) -> "tuple[Cells, Iterator[tuple[float, Floats]]]":

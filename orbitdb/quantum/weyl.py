@@ -162,9 +162,12 @@ def _remedy(k: Floats, window: bool, stadium: Stadium, parity: Parity | None) ->
     if _plausible(len(k), low**2, high**2, stadium, parity):
         return "they look like wavenumbers, not energies"
     if parity is not None and _plausible(len(k), low, high, stadium, None):
-        return "they look like the levels of all parities: give no parity"
+        return "they look like the levels of all parities: leave out --parity (in Python parity)"
     if parity is None and any(_plausible(len(k), low, high, stadium, one) for one in Parity):
-        return "they look like the levels of one parity: name it with --parity"
+        return "they look like the levels of one parity: name it, such as --parity oo (in Python parity='oo')"
     if not window and _plausible(len(k), float(k[0]), high, stadium, parity):
-        return "they look like a window, a list that begins above the lowest level: add --window"
+        return (
+            "they look like a window, a list that begins above the lowest level: add --window (in Python "
+            "window=True)"
+        )
     return "check the parity, a and the unit: k is in 1/radius"

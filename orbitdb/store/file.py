@@ -2,43 +2,43 @@
 
 import sqlite3
 import stat
-from collections.abc import Iterator
+import weakref
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from importlib import resources
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import sqlalchemy as sa
+from sqlalchemy.pool import QueuePool, StaticPool
 
 from orbitdb.errors import StoreError
+from orbitdb.store import tables as t
 from orbitdb.store.connection import (
-    Connection,
-    Moment,
+    Driver,
+    driver_of,
+    make_engine,
+    never,
     open_sqlite,
     open_to_read,
     open_to_write,
     plain_errors,
+    read_alone,
     refuse_foreign_journal,
-    transaction,
-    unchanged,
     uri_of,
 )
 from orbitdb.store.paths import (
+    FileId,
     absolute_path,
-    beside,
     data_folder,
     default_path,
+    file_id,
     home_expanded,
-    place,
-    places_beside,
+    journal_files,
+    journal_ids,
     remove_journal_of,
 )
-from orbitdb.store.schema import (
-    APPLICATION_ID,
-    OLDEST_VERSION,
-    REVISIONS,
-    SCHEMA_VERSION,
-    TABLES,
-    VIEWS,
-)
+from orbitdb.store.views import create_views
 from orbitdb.symbols.symmetry import ELEMENT_ROWS
 
 # what kind of file it is
@@ -68,32 +68,51 @@ def check_file(path: Path) -> int | None:
     version, application, empty = _marks(path)
     if empty:
         return None  # a database without tables, because its creation was interrupted
-    if application != APPLICATION_ID:
-        pragmas = f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {SCHEMA_VERSION}"
+    if application != t.APPLICATION_ID:
+        pragmas = f"PRAGMA application_id = {t.APPLICATION_ID}; PRAGMA user_version = {t.SCHEMA_VERSION}"
         raise StoreError(
             f"{path} is another program's SQLite database: name another file "
             f'(a catalogue restored from .dump needs "{pragmas}" in sqlite3)'
         )
-    if version > SCHEMA_VERSION:
+    _check_version(path, version)
+    return version
+
+
+def _check_version(path: Path, version: int) -> None:
+    if version > t.SCHEMA_VERSION:
         raise StoreError(
-            f"{path} has schema {version}, newer than this orbitdb's {SCHEMA_VERSION}: upgrade orbitdb"
+            f"{path} has schema {version}, newer than this orbitdb's {t.SCHEMA_VERSION}: upgrade orbitdb"
         )
-    if version < OLDEST_VERSION:
+    if version < t.OLDEST_VERSION:
         raise StoreError(
             f"{path} was made by a development version of orbitdb (schema {version}): "
-            "move it away, and fill a new one"
+            "fill a new one under another name"
         )
-    return version
+
+
+def need_readable(path: Path, missing_ok: bool = False) -> bool:
+    """Raise `StoreError`, which says what to do, unless there is a catalogue that this version can read.
+
+    Return False if it is missing, which is an error unless `missing_ok`.
+    """
+    return _need(path, t.OLDEST_READABLE, missing_ok)
 
 
 def need_newest(path: Path) -> None:
     """Raise `StoreError`, which says what to do, unless the file is a catalogue with the latest schema."""
+    _need(path, t.SCHEMA_VERSION)
+
+
+def _need(path: Path, least: int, missing_ok: bool = False) -> bool:
     version = check_file(path)
+    if version is None and missing_ok:
+        return False
     if version is None:
         there = "" if path.absolute() == absolute_path(None) else f" --db {path}"
         raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11{there}'")
-    if version < SCHEMA_VERSION:
+    if version < least:
         raise StoreError(f"{path} has the older schema {version}: run 'orbitdb migrate' first")
+    return True
 
 
 def _marks(path: Path) -> tuple[int, int, bool]:
@@ -102,7 +121,8 @@ def _marks(path: Path) -> tuple[int, int, bool]:
     Only SQLite may open the file. A process that closes a file loses all its locks on it (POSIX), including
     those of SQLite's connections, and other processes could then remove the journal while it is in use.
     """
-    if not beside(path)[0].exists():
+    journal = file_id(journal_files(path)[0])
+    if journal is None or not journal.size:
         with suppress(sqlite3.Error):  # damaged, or being written at this moment
             return _read_marks(uri_of(path) + "&immutable=1")
     refuse_foreign_journal(path)
@@ -111,68 +131,153 @@ def _marks(path: Path) -> tuple[int, int, bool]:
 
 
 def _read_marks(uri: str) -> tuple[int, int, bool]:
-    with closing(open_sqlite(uri, Connection)) as connection:
-        version, application = (
-            connection.scalar(f"PRAGMA {name}") for name in ("user_version", "application_id")
-        )
-        empty = (
-            not (version or application) and connection.scalar("PRAGMA page_count") <= 1
-        )  # reads the schema
-        return version, application, empty
+    with closing(open_sqlite(uri)) as driver:
+        version, application = (_pragma(driver, name) for name in ("user_version", "application_id"))
+        # the number of pages is looked up last, because that reads the schema
+        return version, application, not (version or application) and _pragma(driver, "page_count") <= 1
+
+
+def _pragma(driver: Driver, name: str) -> int:
+    (value,) = driver.execute(f"PRAGMA {name}").fetchone()
+    return int(value)
 
 
 # reading
 
 
-class Reader:
-    """A catalogue file to read; each call of `moment` starts a `Moment` of the file then at the path.
+class Store:
+    """A catalogue file to read, with an engine whose connections stay open between questions.
 
-    Between moments the file is closed, so that another may take its place.
+    Nothing is locked between questions, so that others can write to the file or replace it. A question opens
+    the file anew if it has changed.
 
     Parameters
     ----------
     path : path-like, optional
         The file; by default the one that ``ORBITDB_DB`` names, or else ``orbits.db`` in your data folder.
+    missing_ok : bool, optional
+        Whether a missing file is an empty catalogue.
+
+    Attributes
+    ----------
+    path : Path
+        Absolute path of the file.
+    engine : sqlalchemy.Engine
+        Its connections read the tables and views of `orbitdb sql`, and know ``code()`` and ``contains()``;
+        they cannot write.
 
     Raises
     ------
     StoreError
-        If there is no catalogue at the path, or this version cannot read it.
+        If there is no catalogue at the path, unless `missing_ok`, or this version cannot read it.
     """
 
-    def __init__(self, path: Path | str | None = None) -> None:
-        need_newest(default_path() if path is None else home_expanded(path))
+    def __init__(self, path: Path | str | None = None, missing_ok: bool = False) -> None:
+        need_readable(default_path() if path is None else home_expanded(path), missing_ok)
         self.path = absolute_path(path)
-        self._place = place(self.path)
+        self._open = _OpenFile(self.path, missing_ok)
+        self.engine = make_engine(self._open.connect, "BEGIN", QueuePool, pool_use_lifo=True, max_overflow=-1)
+        sa.event.listen(self.engine, "checkout", self._open.check)
+        sa.event.listen(self.engine, "begin", self._open.begun)
+        weakref.finalize(self, _close, self.engine, self._open, True)
 
-    def connect(self) -> Moment:
-        """Return a connection to the file that is now at the path."""
-        if place(self.path) != self._place:  # another file has taken its place
-            need_newest(self.path)
-            self._place = place(self.path)
-        return open_to_read(self.path)
+    def there(self) -> bool:
+        """Tell whether there is a catalogue at the path now; raise `StoreError` if it cannot be read."""
+        return self._open.there()
+
+    def close(self) -> None:
+        """Close the connections; a further question opens the file anew."""
+        _close(self.engine, self._open)
 
     @contextmanager
-    def moment(self) -> Iterator[Moment]:
-        """Yield a read transaction; changes made meanwhile appear in the next one."""
-        with (
-            unchanged(self.path),
-            plain_errors(self.path),
-            closing(self.connect()) as moment,
-            transaction(moment),
-        ):
-            journal = places_beside(self.path)
+    def snapshot(self, cancelled: Callable[[], bool] = never) -> Iterator[sa.Connection]:
+        """Yield a connection in a read transaction; changes made meanwhile appear in the next one.
+
+        Long queries call `cancelled` now and then, and raise `CancelledError` if it returns True.
+        """
+        with plain_errors(self.path), self.engine.begin() as connection:
+            driver = driver_of(connection)
+            driver.cancelled = cancelled
+            before = file_id(self.path)
             try:
-                yield moment
+                yield connection
             finally:
-                remove_journal_of(self.path, self._place, journal)
+                if driver.alone and before != file_id(self.path):
+                    raise StoreError(f"{self.path} was written while it was being read: try again")
+
+
+class _OpenFile:
+    """The file that the connections of a `Store` have open, which another file may replace."""
+
+    def __init__(self, path: Path, missing_ok: bool) -> None:
+        self.path, self._missing_ok = path, missing_ok
+        self.journal: dict[Path, FileId | None] = {}
+        self.connections = weakref.WeakSet[sa.Connection]()
+        self._note()
+
+    def _note(self) -> None:
+        self.file, self.alone = file_id(self.path), read_alone(self.path)
+
+    def there(self) -> bool:
+        """Tell whether there is a catalogue at the path; raise `StoreError` if it cannot be read."""
+        return need_readable(self.path, self._missing_ok)
+
+    def connect(self) -> Driver:
+        """Open the file that is now at the path, or an empty catalogue in memory."""
+        with plain_errors(self.path):
+            there = self.there()
+            self._note()
+            return open_to_read(self.path) if there else _open_empty(self.path)
+
+    def check(self, driver: Driver, _record: Any, _proxy: Any) -> None:
+        """Make the pool open the file anew if it is not the one that a kept connection has open.
+
+        A file that was copied over another one keeps its inode, so its size and time count, too.
+        """
+        if driver.used and (self.file, self.alone) != (file_id(self.path), read_alone(self.path)):
+            self.remove_journal()
+            raise sa.exc.InvalidatePoolError("the file was written or replaced")
+        driver.used = True
+
+    def begun(self, connection: sa.Connection) -> None:
+        """Read a page, because BEGIN alone does not fix what a transaction sees; check the schema again."""
+        _check_version(self.path, _pragma(driver_of(connection), "user_version"))
+        self.journal = journal_ids(self.path)
+        self.connections.add(connection)
+
+    def remove_journal(self) -> None:
+        """Remove the journal of a file that has been replaced."""
+        remove_journal_of(self.path, self.file, self.journal)
+
+
+def _close(engine: sa.Engine, opened: _OpenFile, last: bool = False) -> None:
+    """Close the connections; the last time also those of rows that nobody has read to their end."""
+    engine.dispose()
+    for connection in [*opened.connections] if last else ():
+        if not connection.closed:
+            connection.invalidate()
+    opened.remove_journal()
+
+
+def _open_empty(path: Path) -> Driver:
+    """Return an empty catalogue in memory, for a path without a file."""
+    driver = open_sqlite("file::memory:")
+    driver.path = path
+    driver.add_functions()
+    with make_engine(lambda: driver, "BEGIN", StaticPool).begin() as connection:
+        _create(connection)
+    return driver
 
 
 @contextmanager
-def reading(path: Path | str | None = None) -> Iterator[Moment]:
-    """Open a catalogue for a single moment, and close it afterwards."""
-    with Reader(path).moment() as moment:
-        yield moment
+def reading(path: Path | str | None = None) -> Iterator[sa.Connection]:
+    """Open a catalogue for a single snapshot, and close it afterwards."""
+    store = Store(path)
+    try:
+        with store.snapshot() as connection:
+            yield connection
+    finally:
+        store.close()
 
 
 # creating and upgrading
@@ -192,11 +297,13 @@ class Migration(NamedTuple):
 def migrate(path: Path) -> Migration:
     """Create a catalogue, or upgrade an older one, in a single transaction."""
     before = check_file(path) or 0
-    if before == SCHEMA_VERSION:
+    if before == t.SCHEMA_VERSION:
         return Migration(before, before)
-    folder = path.parent
+    folder, own = path.parent, None
+    with suppress(StoreError):  # no home folder
+        own = data_folder()
     try:
-        if folder == data_folder():
+        if folder == own:
             folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise StoreError(
@@ -204,44 +311,50 @@ def migrate(path: Path) -> Migration:
         ) from error
     if not folder.is_dir():
         raise StoreError(f"there is no folder {folder}: create it first, or name another file")
-    with plain_errors(path), closing(open_to_write(path, references=False, create=True)) as connection:
+    with plain_errors(path), upgrading(path) as connection:
         if before:
-            upgrade_tables(connection)
-        else:
-            with transaction(connection, "BEGIN IMMEDIATE"):
-                if not connection.scalar("PRAGMA user_version"):  # nobody else has created it meanwhile
-                    _create(connection)
-    return Migration(before, SCHEMA_VERSION)
+            upgrade(connection)
+        elif not _pragma(driver_of(connection), "user_version"):  # nobody else has created it meanwhile
+            _create(connection)
+    return Migration(before, t.SCHEMA_VERSION)
 
 
-def _create(connection: Connection) -> None:
-    """Create the latest schema directly, and record its version for Alembic."""
-    for statement in (*TABLES.values(), *VIEWS.values(), REVISIONS):
-        connection.execute(statement)
-    connection.executemany("INSERT INTO element VALUES (?, ?, ?)", ELEMENT_ROWS)
-    connection.execute("INSERT INTO alembic_version VALUES (?)", (f"{SCHEMA_VERSION:04}",))
-    _mark(connection)
+@contextmanager
+def upgrading(path: Path) -> Iterator[sa.Connection]:
+    """Yield a connection that may create a file and change its tables, in a single transaction."""
+    driver = open_to_write(path, references=False, create=True)
+    engine = make_engine(lambda: driver, "BEGIN IMMEDIATE", StaticPool)
+    try:
+        with engine.begin() as connection:
+            yield connection
+    finally:
+        engine.dispose()
 
 
-def _mark(connection: Connection) -> None:
-    connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-    connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
+def _create(connection: sa.Connection) -> None:
+    """Create the latest schema directly, and record its revision for Alembic."""
+    t.metadata.create_all(connection, checkfirst=False)
+    t.revision.create(connection, checkfirst=False)
+    connection.execute(sa.insert(t.revision).values(version_num=f"{t.SCHEMA_VERSION:04}"))
+    names = [column.name for column in t.element.c]
+    connection.execute(sa.insert(t.element), [dict(zip(names, row, strict=True)) for row in ELEMENT_ROWS])
+    finish(connection, t.SCHEMA_VERSION)
 
 
-def upgrade_tables(connection: Connection) -> None:
-    """Run the missing migrations of an older catalogue in one transaction."""
-    import sqlalchemy as sa
+def finish(connection: sa.Connection, version: int) -> None:
+    """Give a file with the tables of a version the views, and mark it as a catalogue of that version."""
+    create_views(connection)
+    driver = driver_of(connection)
+    driver.execute(f"PRAGMA application_id = {t.APPLICATION_ID}")
+    driver.execute(f"PRAGMA user_version = {version}")
+
+
+def upgrade(connection: sa.Connection) -> None:
+    """Run the missing revisions of an older catalogue."""
     from alembic import command
     from alembic.config import Config
 
-    engine = sa.create_engine("sqlite://", creator=lambda: connection, poolclass=sa.pool.StaticPool)
-    sa.event.listen(engine, "begin", lambda _: connection.execute("BEGIN IMMEDIATE"))
     config = Config()
     config.set_main_option("script_location", MIGRATIONS)
-    try:
-        with engine.begin() as own:
-            config.attributes["connection"] = own
-            command.upgrade(config, "head")
-            _mark(connection)
-    except sa.exc.DBAPIError as error:
-        raise error.orig or error from error
+    config.attributes["connection"] = connection
+    command.upgrade(config, "head")

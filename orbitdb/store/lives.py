@@ -4,12 +4,14 @@ from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from sqlalchemy import Connection, distinct, func, select
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.extras import Record
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import Connection
-from orbitdb.store.schema import BORN, DIED, DONE
+from orbitdb.store import tables as t
+from orbitdb.store.tables import BORN, DIED, DONE
+from orbitdb.store.views import life
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import from_strings, keys_of_period, word_of
 
@@ -85,15 +87,15 @@ class Life(Record):
 
 def read_birth_fills(connection: Connection) -> list[BirthFill]:
     """Return how far births and deaths are stored, in order of period."""
-    names = ", ".join(column.name for column in fields(BirthFill))
-    return [BirthFill(*row) for row in connection.execute(f"SELECT {names} FROM birth_fill ORDER BY p")]
+    columns = [t.birth_fill.c[field.name] for field in fields(BirthFill)]
+    return [BirthFill(*row) for row in connection.execute(select(*columns).order_by(t.birth_fill.c.p))]
 
 
 def read_lives(connection: Connection, p: int) -> list[Life]:
     """Return the lives of all classes of a period, in order of birth."""
-    names = ", ".join(column.name for column in fields(Life))
-    query = f"SELECT {names} FROM life WHERE cycle BETWEEN ? AND ? ORDER BY born, word"
-    return [Life(*row) for row in connection.execute(query, keys_of_period(p))]
+    columns = [life.c[field.name] for field in fields(Life)]
+    query = select(*columns).where(life.c.cycle.between(*keys_of_period(p)))
+    return [Life(*row) for row in connection.execute(query.order_by(life.c.born, life.c.word))]
 
 
 NEAR = 2.0
@@ -102,21 +104,21 @@ NEAR = 2.0
 _ROW = np.dtype([("cycle", "i8"), ("size", "i8"), ("a", "f8"), ("error", "f8"), ("born", "i8")])
 
 
-_COUNTS = """\
-SELECT sum(iif(number = 1, class_size, 0)) AS words,
-       count(DISTINCT cycle) AS classes,
-       count(iif(kind = :born AND a > 0, 1, NULL)) AS births,
-       count(DISTINCT iif(kind = :died AND a > 0, cycle, NULL)) AS deaths,
-       count(iif(a = 0, 1, NULL)) AS always,
-       min(iif(kind = :born AND a > 0, a, NULL)) AS least,
-       max(iif(kind = :born AND a > 0, a, NULL)) AS largest
-FROM change JOIN cycle ON cycle.id = change.cycle WHERE p = :p"""
+_MOVING = t.change.c.a > 0
+_COUNTS = select(
+    func.sum(func.iif(t.change.c.number == 1, t.cycle.c.class_size, 0)).label("words"),
+    func.count(distinct(t.change.c.cycle)).label("classes"),
+    func.count().filter(t.change.c.kind == BORN, _MOVING).label("births"),
+    func.count(distinct(t.change.c.cycle)).filter(t.change.c.kind == DIED, _MOVING).label("deaths"),
+    func.count().filter(t.change.c.a == 0).label("always"),
+    func.min(t.change.c.a).filter(t.change.c.kind == BORN, _MOVING).label("least"),
+    func.max(t.change.c.a).filter(t.change.c.kind == BORN, _MOVING).label("largest"),
+).join_from(t.change, t.cycle, t.cycle.c.id == t.change.c.cycle)
 
 
 def count_births(connection: Connection, p: int) -> dict[str, Any]:
     """Count what the row of a period in `birth_fill` counts, from the births and deaths of the period."""
-    (counts,) = connection.records(_COUNTS, {"p": p, "born": BORN, "died": DIED})
-    return counts
+    return dict(connection.execute(_COUNTS.where(t.cycle.c.p == p)).mappings().one())
 
 
 def counts_at(connection: Connection, a: float, p: int) -> "Tally":
@@ -127,10 +129,14 @@ def counts_at(connection: Connection, a: float, p: int) -> "Tally":
     """
     from orbitdb.orbits.exponents import Tally
 
-    query = """SELECT cycle.id, cycle.class_size, change.a, change.error, change.kind = ?
-        FROM change JOIN cycle ON cycle.id = change.cycle
-        WHERE change.cycle BETWEEN ? AND ? ORDER BY change.cycle, change.number"""
-    rows = connection.execute(query, (BORN, *keys_of_period(p)))
+    own = t.change.c
+    query = (
+        select(t.cycle.c.id, t.cycle.c.class_size, own.a, own.error, own.kind == BORN)
+        .join_from(t.change, t.cycle, t.cycle.c.id == own.cycle)
+        .where(own.cycle.between(*keys_of_period(p)))
+        .order_by(own.cycle, own.number)
+    )
+    rows = (tuple(row) for row in connection.execute(query))
     changes = np.fromiter(rows, _ROW)  # a list of all tuples would take four times the memory
     cycles, starts = np.unique(changes["cycle"], return_index=True)
     sizes = changes["size"][starts]

@@ -1,46 +1,55 @@
 """Look up single words in a catalogue, and find its default a."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from sqlalchemy import REAL, Connection, Integer, and_, bindparam, cast, func, or_, select, true
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.status import NUMBERS, Status
-from orbitdb.store.connection import Connection
+from orbitdb.store import tables as t
 from orbitdb.store.file import reading
-from orbitdb.store.schema import AT_A, id_of_class
+from orbitdb.store.views import classes, life
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import MAX_KEYED, key, keys_of_period
 from orbitdb.text import exact
 
 Lives = tuple[tuple[float, float | None], ...]
 
-_STORED = ", ".join(("time_reversal", "symmetry", "class_size", "status", "coordinates", "solver", *NUMBERS))
-
-_PARTNERS = """\
-SELECT own.a, cycle.word FROM change AS own
-JOIN change AS other ON other.event = own.event AND other.cycle <> own.cycle
-JOIN cycle ON cycle.id = other.cycle
-WHERE own.cycle = ? AND own.kind = 'born' AND other.cycle BETWEEN ? AND ?
-ORDER BY own.a, cycle.word"""
+# Statements that are asked word by word are built once, which takes longer than their answer.
+_NUMBER, _HALF_LENGTH = bindparam("number", type_=Integer), bindparam("half_length", type_=REAL)
+_STORED = (
+    select(
+        t.cycle.c.time_reversal,
+        t.cycle.c.symmetry,
+        t.cycle.c.class_size,
+        *(t.orbit.c[name] for name in ("status", "coordinates", "solver", *NUMBERS)),
+    )
+    .join_from(t.orbit, t.cycle, t.cycle.c.id == t.orbit.c.cycle)
+    .where(t.orbit.c.cycle == _NUMBER, t.at_a(t.orbit, _HALF_LENGTH))
+)
+_LIVES = (
+    select(func.coalesce(life.c.born, 0.0), life.c.dies).where(life.c.cycle == _NUMBER).order_by(life.c.born)
+)
 
 
 def find_word(connection: Connection, word: str, a: float) -> Orbit | None:
     """Return the stored orbit of a primitive word at a given a, in the given rotation, or None."""
     if (pruned := pruned_word(word, a)) is not None:
-        query = "SELECT 1 FROM pruned WHERE p = ? AND word = ?"
-        present = connection.execute(query, (pruned.p, pruned.representative)).fetchone()
+        own = (t.pruned.c.p == pruned.p, t.pruned.c.word == pruned.representative)
+        present = connection.scalar(select(t.pruned.c.id).where(*own))
         return None if present is None else replace(pruned, stored=True)
     family = symmetry.class_of(word)
-    query = f"SELECT {_STORED} FROM orbit JOIN cycle ON cycle.id = orbit.cycle WHERE cycle = ? AND {AT_A}"
-    values = id_of_class(connection, family.representative), a
-    row = next(connection.records(query, values), None)
-    if row is None:
+    number = t.class_id(connection, family.representative)
+    stored = connection.execute(_STORED, {"number": number, "half_length": a}).mappings().one_or_none()
+    if stored is None:
         return None
+    row = dict(stored)
     coordinates = None
     if row["area"] is not None:
         row["area"] = float(symmetry.act_on_areas(family.element, row["area"]))
@@ -49,24 +58,25 @@ def find_word(connection: Connection, word: str, a: float) -> Orbit | None:
         least = [family.representative]
         coordinates = symmetry.image_coordinates([word], least, family.element, places)[0]
     exists = lives_of(connection, family.representative)
-    own = {"status": Status(row["status"]), "coordinates": coordinates, "stored": True, "exists": exists}
-    return Orbit(**{"code": word, "representative": family.representative, "a": a, **row, **own})
+    found = {"status": Status(row["status"]), "coordinates": coordinates, "stored": True, "exists": exists}
+    return Orbit(**{"code": word, "representative": family.representative, "a": a, **row, **found})
 
 
 def lives_of(connection: Connection, representative: str) -> Lives | None:
     """Return the ranges of a in which a class is an orbit, or None if no births of it are stored."""
     if len(representative) > MAX_KEYED:
         return None
-    query = "SELECT coalesce(born, 0.0), dies FROM life WHERE cycle = ? ORDER BY born"
-    return tuple(connection.execute(query, (key(representative),))) or None
+    rows = connection.execute(_LIVES, {"number": key(representative)})
+    return tuple((born, dies) for born, dies in rows) or None
 
 
 def certificate_of(connection: Connection, representative: str, a: float) -> tuple[float, int] | None:
     """Return the radius and the number of bits of a class's certificate, or None if it has none."""
-    query = f"SELECT radius, bits FROM certificate WHERE cycle = ? AND {AT_A}"
-    values = id_of_class(connection, representative), a
-    proof: tuple[float, int] | None = connection.execute(query, values).fetchone()
-    return proof
+    number = t.class_id(connection, representative)
+    own = t.certificate
+    query = select(own.c.radius, own.c.bits).where(own.c.cycle == number, t.at_a(own, a))
+    proof = connection.execute(query).one_or_none()
+    return None if proof is None else (proof.radius, proof.bits)
 
 
 def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
@@ -94,19 +104,50 @@ def with_existence(orbit: Orbit) -> Orbit:
     return orbit if orbit.p > LONGEST else replace(orbit, exists=tuple(existence(orbit.code)))
 
 
-def born_with(path: Path | None, orbit: Orbit) -> list[tuple[float, list[str]]]:
+def born_with(connection: Connection, orbit: Orbit) -> list[tuple[float, list[str]]]:
     """Return each stored birth of an orbit, with the representatives of the classes born on the same path.
 
     Classes with another period are left out, such as a shorter word that the orbit goes round twice.
     """
-    if path is None or orbit.p > MAX_KEYED or not orbit.exists:
+    if orbit.p > MAX_KEYED or not orbit.exists:
         return []
     by_birth: dict[float, list[str]] = {}
-    with reading(path) as moment:
-        values = (key(orbit.representative), *keys_of_period(orbit.p))
-        for a, word in moment.execute(_PARTNERS, values):
-            by_birth.setdefault(a, []).append(word)
+    own, other = t.change.alias(), t.change.alias()
+    query = (
+        select(own.c.a, t.cycle.c.word)
+        .join_from(own, other, and_(other.c.event == own.c.event, other.c.cycle != own.c.cycle))
+        .join(t.cycle, t.cycle.c.id == other.c.cycle)
+        .where(own.c.cycle == key(orbit.representative), own.c.kind == t.BORN)
+        .where(other.c.cycle.between(*keys_of_period(orbit.p)))
+        .order_by(own.c.a, t.cycle.c.word)
+    )
+    for a, word in connection.execute(query):
+        by_birth.setdefault(a, []).append(word)
     return list(by_birth.items())
+
+
+def orbits_of_length(
+    connection: Connection, a: float, length: float, within: float, least: float, limit: int
+) -> Iterator[tuple[Any, ...]]:
+    """Yield the orbits at a whose length, times a number of traversals, is a given length; the nearest first.
+
+    Yields the representative, period, class size, number of traversals, length, error of the length, lambda,
+    and how much longer all traversals are. Orbits shorter than `least` do not count.
+    """
+    repetitions = cast(func.round(length / classes.c.length), Integer)
+    rows = select(classes, repetitions.label("repetitions")).subquery()
+    own = rows.c
+    difference = own.repetitions * own.length - length
+    allowed = within + own.repetitions * func.coalesce(own.length_error, 0.0)
+    columns = (own.representative, own.p, own.class_size, own.repetitions, own.length, own.length_error)
+    query = (
+        select(*columns, own.lyapunov, difference.label("difference"))
+        .where(own.a == a, own.status == Status.ORBIT.value, own.length >= least, own.repetitions >= 1)
+        .where(func.abs(difference) <= allowed)
+        .order_by(func.abs(difference), own.p, own.representative)
+        .limit(limit)
+    )
+    yield from (tuple(row) for row in connection.execute(query))
 
 
 WITH_ORBITS = ("fill", "sweep", "orbit")
@@ -115,8 +156,10 @@ WITH_ORBITS = ("fill", "sweep", "orbit")
 
 def a_values(connection: Connection, tables: Sequence[str] = ()) -> list[float]:
     """Return the stored values of a in order; with `tables`, only those with rows in one of them."""
-    used = " OR ".join(f"EXISTS (SELECT 1 FROM {table} WHERE stadium = stadium.id)" for table in tables)
-    return [a for (a,) in connection.execute(f"SELECT a FROM stadium WHERE {used or 'TRUE'} ORDER BY a")]
+    named = [t.TABLES[name] for name in tables]
+    used = [select(table).where(table.c.stadium == t.stadium.c.id).exists() for table in named]
+    query = select(t.stadium.c.a).where(or_(*used) if used else true()).order_by(t.stadium.c.a)
+    return list(connection.scalars(query))
 
 
 def a_meant(connection: Connection) -> float:

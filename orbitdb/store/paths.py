@@ -1,6 +1,6 @@
-"""The path of a catalogue, the identity of the file that is there, and where its journal is.
+"""The path of a catalogue, the identity of the file that is there, and the files of its journal.
 
-This module does not import NumPy, so that commands without a catalogue start at once.
+This module does not import NumPy or SQLAlchemy, so that commands without a catalogue start at once.
 """
 
 import os
@@ -22,7 +22,19 @@ def home_expanded(path: Path | str) -> Path:
         raise InputError("the path is empty: name a file")
     if "\0" in str(path):
         raise InputError(f"{str(path)!r} cannot be a path: name a file without null characters")
-    return Path(os.path.expanduser(path))
+    expanded = Path(os.path.expanduser(path))
+    if expanded.name == ":memory:" or expanded.name.endswith(_OF_JOURNALS):
+        raise InputError(f"{expanded.name} has a meaning for SQLite: name another file")
+    if (size := len(os.fsencode(expanded.name))) > _LONGEST_NAME:
+        raise InputError(f"the file name has {size} bytes: give one of at most {_LONGEST_NAME}")
+    return expanded
+
+
+_OF_JOURNALS = ("-wal", "-shm", "-journal")
+"""What SQLite adds to the name of a file for its journals."""
+
+_LONGEST_NAME = 255 - max(map(len, _OF_JOURNALS))
+"""Maximum length of a file name in bytes, so that systems allow those of the journals, too."""
 
 
 def absolute_path(path: Path | str | None) -> Path:
@@ -31,53 +43,72 @@ def absolute_path(path: Path | str | None) -> Path:
 
 
 def data_folder() -> Path:
-    """Return the user's data folder for orbitdb."""
+    """Return the user's data folder for orbitdb.
+
+    Raises
+    ------
+    StoreError
+        If you have no home folder.
+    """
     from platformdirs import user_data_path
 
-    return user_data_path("orbitdb", appauthor=False)
+    try:
+        folder = user_data_path("orbitdb", appauthor=False)
+    except (KeyError, RuntimeError):  # no HOME, and no entry for this user
+        folder = None
+    if folder is None or not folder.is_absolute():
+        raise StoreError("you have no home folder: name a catalogue with --db or ORBITDB_DB")
+    return folder
 
 
-class Place(NamedTuple):
-    """The identity of a file, whatever its name."""
+class FileId(NamedTuple):
+    """The identity of a file, and what changes when it is written."""
 
     device: int
     inode: int
+    size: int
+    modified: int
+
+    def is_same(self, other: "FileId | None") -> bool:
+        """Tell whether this is the same file, even if it was written in the meantime."""
+        return other is not None and self[:2] == other[:2]
 
 
-def place(path: Path) -> Place | None:
+def file_id(path: Path) -> FileId | None:
     """Identify the file that is now at a path; return None if nothing is there."""
     try:
         status = path.stat()
     except OSError:
         return None
-    return Place(status.st_dev, status.st_ino)
+    return FileId(status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
 
 
-def need_place(path: Path, opened: Place | None, message: str) -> None:
+def check_same_file(path: Path, opened: FileId | None, message: str) -> None:
     """Raise `StoreError` if the opened file was replaced or deleted; `message` ends the error message."""
-    now = place(path)
-    if now != opened:
+    now = file_id(path)
+    if now is None or not now.is_same(opened):
         what = "moved or deleted" if now is None else "replaced by another file"
         raise StoreError(f"{path} was {what} while this command {message}")
 
 
-def beside(path: Path) -> tuple[Path, Path]:
+def journal_files(path: Path) -> tuple[Path, Path]:
     """Return the paths of a file's journal and of the journal's index."""
     real = Path(os.path.realpath(path))
     return real.with_name(real.name + "-wal"), real.with_name(real.name + "-shm")
 
 
-def places_beside(path: Path) -> dict[Path, Place | None]:
+def journal_ids(path: Path) -> dict[Path, FileId | None]:
     """Return the identities of a file's journal and of the journal's index."""
-    return {part: place(part) for part in beside(path)}
+    return {part: file_id(part) for part in journal_files(path)}
 
 
-def remove_journal_of(path: Path, opened: Place | None, journal: dict[Path, Place | None]) -> None:
+def remove_journal_of(path: Path, opened: FileId | None, journal: dict[Path, FileId | None]) -> None:
     """Remove the journal of an opened file that is no longer at its path; SQLite would leave it there.
 
     It would be taken for that of the next file with this name.
     """
-    if place(path) != opened:
+    now = file_id(path)
+    if now is None or not now.is_same(opened):
         for part, was in journal.items():
-            if was is not None and place(part) == was:
+            if was is not None and was.is_same(file_id(part)):
                 part.unlink(missing_ok=True)

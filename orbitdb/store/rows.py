@@ -6,7 +6,7 @@ count. Averages weight a class by its number of bits. A third array is needed on
 """
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import itemgetter
@@ -14,14 +14,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from sqlalchemy import ColumnElement, Connection, FromClause, func, null, select
 
 from orbitdb.arrays import Floats, Integers, Masks, Places, Values
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import kind_of
-from orbitdb.errors import AlteredError
-from orbitdb.store.connection import Connection
-from orbitdb.store.schema import LONG, OF_CLASS, OF_WORD, PRUNED_ROWS, SHARED
+from orbitdb.errors import AlteredError, DeletedError
+from orbitdb.magnetic.action import area_slopes
+from orbitdb.store import views
+from orbitdb.store.connection import driver_of
 from orbitdb.store.selection import Selection, unknown_column
-from orbitdb.store.where import CancelledError, never
+from orbitdb.store.tables import LONG
+from orbitdb.store.where import CancelledError
 from orbitdb.symbols.symmetry import (
     BITS_OF,
     ELEMENT_OF,
@@ -120,13 +124,10 @@ def as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
     return np.array(values, np.float64 if kind_of(name) == "number" else object)
 
 
-LISTED = "IN (SELECT value FROM json_each(:ids))"
-"""A condition that a column is one of the ids given by `as_list`."""
-
-
-def as_list(ids: Integers) -> str:
-    """Return ids as the single value ``:ids`` of `LISTED`."""
-    return json.dumps(ids.tolist())
+def in_list(column: ColumnElement[int], ids: Integers) -> ColumnElement[bool]:
+    """Return the condition that a column is one of many ids, which are passed as a single value."""
+    listed = func.json_each(json.dumps(ids.tolist())).table_valued("value")
+    return column.in_(select(listed.c.value))
 
 
 def orders_of(ids: Integers) -> Integers:
@@ -223,11 +224,16 @@ def _aligned(codes: Integers, p: int) -> Integers:
 
 
 COORDINATES = "coordinates"
-COLUMNS = (*SHARED, *OF_WORD, COORDINATES)
-"""The columns that can be read: those of the view ``catalogue``, and the coordinates."""
+AREA_SLOPE = "area_slope"
+COLUMNS = (*views.CLASS_COLUMNS, *views.WORD_COLUMNS, COORDINATES, AREA_SLOPE)
+"""The columns that can be read: those of the view ``catalogue``, the coordinates, and computed ones."""
 
 ROWS, _LONG_ROWS = 1 << 13, 16
 """Numbers of rows per block; the second is for words too long for a key, of up to a million symbols."""
+
+
+class _MissingError(LookupError):
+    """Some of the wanted rows are not stored."""
 
 
 def blocks_of(
@@ -254,8 +260,12 @@ def blocks_of(
             ids, inverse = np.unique(words.ids[part], return_inverse=True)
             try:
                 shared = _classes(connection, chosen.selection.a, ids, names)
+                if AREA_SLOPE in names:
+                    shared[AREA_SLOPE] = _area_slopes(chosen.selection.a, shared)
                 block = _Block(shared, inverse, words.places[part])
                 columns = [block.column(name) for name in names]
+            except _MissingError as error:
+                raise DeletedError(f"some of the classes with ids from {ids[0]} to {ids[-1]}") from error
             except (LookupError, TypeError, ValueError) as error:
                 raise AlteredError(f"a row of the classes with ids from {ids[0]} to {ids[-1]}") from error
             yield columns
@@ -267,11 +277,10 @@ def rows_of(
     names: Sequence[str],
     first: int = 0,
     last: int | None = None,
-    cancelled: Callable[[], bool] = never,
 ) -> Iterator[tuple[Any, ...]]:
     """Yield rows first .. last - 1 of a subset as plain values; missing values are None."""
     for columns in blocks_of(connection, chosen, names, first, last):
-        if cancelled():
+        if driver_of(connection).cancelled():
             raise CancelledError
         yield from zip(*map(plain, columns), strict=True)
 
@@ -285,22 +294,46 @@ def plain(column: Values) -> Sequence[Any]:
 
 def _classes(connection: Connection, a: float, ids: Integers, wanted: Sequence[str]) -> dict[str, Any]:
     """Return the columns that are needed, with classes in the order of ids."""
-    shared = [name for name in wanted if name in SHARED or name in (COORDINATES, "rules", "area")]
+    needed = [COORDINATES if name == AREA_SLOPE else name for name in wanted]
+    shared = [
+        name for name in needed if name in views.CLASS_COLUMNS or name in (COORDINATES, "rules", "area")
+    ]
     names = tuple(dict.fromkeys(["p", "representative", "words", "symmetry", *shared]))
-    of_class = [name if name in SHARED | OF_CLASS else "NULL" for name in names]
+    pruned = views.pruned_at(a)
     rows: list[tuple[Any, ...]] = []
-    for number, listed, view, part in (
-        ("id", names, f"{PRUNED_ROWS} AS pruned", ids[ids < 0]),
-        ("cycle", of_class, "class", ids[ids >= 0]),
+    for view, number, part in (
+        (pruned, pruned.c.id, ids[ids < 0]),
+        (views.classes, views.classes.c.cycle, ids[ids >= 0]),
     ):
         if len(part):
-            query = f"SELECT {number}, {', '.join(listed)} FROM {view} WHERE a = :0 AND {number} {LISTED}"
-            read = connection.execute(query, {"0": a, "ids": as_list(part)}).fetchall()
-            rows += sorted(read, key=itemgetter(0))
+            listed = [_of_classes(view, name).label(name) for name in names]
+            query = select(number.label("number"), *listed).where(view.c.a == a, in_list(number, part))
+            cursor = connection.execute(query).cursor
+            assert cursor is not None
+            rows += sorted(cursor.fetchall(), key=itemgetter(0))
     numbers, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     if list(numbers) != ids.tolist():
-        raise LookupError("rows are missing")
+        raise _MissingError
     return dict(zip(names, columns, strict=True))
+
+
+def _of_classes(view: FromClause, name: str) -> ColumnElement[Any]:
+    return view.c[name] if name in view.c else null()
+
+
+def _area_slopes(a: float, shared: dict[str, Any]) -> list[float | None]:
+    """Return the derivatives of the areas of classes in the curvature; None for classes without an orbit."""
+    slopes: list[float | None] = [None] * len(shared["p"])
+    groups: dict[int, list[int]] = {}
+    for row, (p, blob) in enumerate(zip(shared["p"], shared[COORDINATES], strict=True)):
+        if blob is not None:
+            groups.setdefault(p, []).append(row)
+    for p, rows in groups.items():
+        words = from_strings([shared["representative"][row] for row in rows])
+        places = np.frombuffer(b"".join(shared[COORDINATES][row] for row in rows), dtype="<f8")
+        for row, slope in zip(rows, area_slopes(Stadium(a), words, places.reshape(-1, p)), strict=True):
+            slopes[row] = float(slope)
+    return slopes
 
 
 class _Block:

@@ -9,13 +9,27 @@ import sqlite3
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from typing import Any
+from contextlib import contextmanager, suppress
+from typing import Any, NamedTuple
 
-from orbitdb.store.connection import Connection, add_code
-from orbitdb.store.schema import OF_WORD, SHARED, TABLES, VIEWS
+from sqlalchemy import BindParameter, Connection, TextClause, bindparam, text
+from sqlalchemy.exc import StatementError
+from sqlalchemy.pool import StaticPool
+
+from orbitdb.store import tables as t
+from orbitdb.store.connection import (
+    FUNCTIONS,
+    STEPS_BETWEEN_SIGNALS,
+    Driver,
+    driver_of,
+    make_engine,
+    never,
+    open_sqlite,
+    original,
+)
 from orbitdb.store.selection import SelectionError
-from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive, primitive_root
+from orbitdb.store.views import CLASS_COLUMNS, VIEWS, WORD_COLUMNS
+from orbitdb.symbols.words import SYMBOLS
 from orbitdb.text import guess, line, real, shortened
 
 Value = str | int | float
@@ -26,13 +40,12 @@ SECONDS = 60.0
 
 STEPS_BETWEEN_LOOKS = 200_000
 """SQLite steps between checks, a few milliseconds; a check has to wait while Python is busy."""
-_STEPS_BETWEEN_SIGNALS = 1_000_000
 
-READABLE = (*VIEWS, *TABLES)
+READABLE = (*VIEWS, *t.TABLES)
 """The views and tables, with the views first, which people use most."""
 
 _ONLY_READ = "it may only read, with a single SELECT"
-_COLUMNS = (*SHARED, *OF_WORD)
+_COLUMNS = (*CLASS_COLUMNS, *WORD_COLUMNS)
 _BLOCK = 2000
 _ALLOWED = {
     sqlite3.SQLITE_SELECT,
@@ -40,14 +53,11 @@ _ALLOWED = {
     sqlite3.SQLITE_FUNCTION,
     sqlite3.SQLITE_RECURSIVE,
 }
-_OF_CLASSES = SHARED.keys() - {"cycle"}  # an index on ids would change the order of the rows
+_OF_CLASSES = CLASS_COLUMNS.keys() - {"cycle"}  # an index on ids would change the order of the rows
+_OF_CODES = {"code", "representative", "word", "words"}
+"""The columns of views and tables that hold codes."""
 _STOPPED = ("interrupted", "not authorized", "prohibited", "user-defined function")
 """Parts of the messages of SQLite if a function of Python fails or refuses to go on."""
-
-
-def never() -> bool:
-    """Return False: the query is never cancelled."""
-    return False
 
 
 class CancelledError(Exception):
@@ -87,7 +97,7 @@ class Patience:
 
 @contextmanager
 def watched(
-    connection: Connection, patience: Patience, sql: str | None = None, what: str = "where"
+    driver: Driver, patience: Patience, sql: str | None = None, what: str = "where"
 ) -> Iterator[None]:
     """Run a query under a time limit; with `sql`, written by a user, let it only read.
 
@@ -95,78 +105,149 @@ def watched(
     the query is cancelled, `KeyboardInterrupt` on Ctrl-C, and a `SelectionError` about the `sql` for any
     other error.
     """
-    connection.set_progress_handler(patience.look, STEPS_BETWEEN_LOOKS)
+    driver.refusal = ""
+    driver.set_progress_handler(patience.look, STEPS_BETWEEN_LOOKS)
     if sql is not None:
-        connection.set_authorizer(patience.authorize)
+        driver.set_authorizer(patience.authorize)
     try:
         yield
-    except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
+    except (sqlite3.Error, sqlite3.Warning, StatementError, ValueError, OverflowError) as wrapped:
+        error = original(wrapped)
         if patience.was_cancelled:
             raise CancelledError from error
-        if not patience.reason and any(part in str(error) for part in _STOPPED):
+        reason = patience.reason or driver.refusal
+        if not reason and any(part in str(error) for part in _STOPPED):
             raise KeyboardInterrupt from error
         if sql is None or isinstance(error, SelectionError):
             raise
-        raise SelectionError(_refusal(sql, patience.reason or str(error), what)) from error
+        raise SelectionError(_refusal(sql, reason or str(error), what)) from error
     finally:
-        connection.set_authorizer(None)
-        connection.set_progress_handler(never, _STEPS_BETWEEN_SIGNALS)
+        with suppress(sqlite3.ProgrammingError):  # closed by SQLAlchemy after Ctrl-C
+            driver.set_authorizer(None)
+            driver.set_progress_handler(never, STEPS_BETWEEN_SIGNALS)
 
 
 # expressions
 
 
-def check(where: str, parameters: Parameters) -> None:
-    """Raise `SelectionError` if an expression is invalid."""
-    of_classes(where, parameters)
+class Reads(NamedTuple):
+    """What an SQL expression or statement reads, as SQLite says.
+
+    Attributes
+    ----------
+    columns : frozenset of str
+        Names of the columns of tables and views; None stands for a table without a named column.
+    queries : int
+        Number of its SELECTs.
+    calls_code : bool
+        Whether it calls a function of words (`FUNCTIONS`).
+    """
+
+    columns: frozenset[str | None]
+    queries: int
+    calls_code: bool
+
+    @property
+    def codes(self) -> bool:
+        """Whether it reads codes, or calls a function of words."""
+        return self.calls_code or bool(self.columns & _OF_CODES)
+
+
+class _Asked(dict[str, Any]):
+    """Values of names in SQL, which remembers the names that SQLite has asked for."""
+
+    def __init__(self, values: Parameters) -> None:
+        super().__init__(values)
+        self.names: set[str] = set()
+
+    def __getitem__(self, name: str) -> Any:
+        self.names.add(name)
+        return super().__getitem__(name)
+
+
+def check(where: str, parameters: Parameters) -> Reads:
+    """Check an expression on an empty catalogue; return what it reads.
+
+    Raises
+    ------
+    SelectionError
+        If SQLite cannot run it, or a name and a value do not belong to one another.
+    """
+    patience, stage, asked = Patience(), _stage(), _Asked(parameters)
+    with watched(stage, patience, where):
+        _run(stage, f"SELECT 1 FROM catalogue WHERE {where}", asked, patience)  # refuses a bracket too many
+        reads = _run(stage, f"SELECT 1 FROM catalogue WHERE (\n{where}\n)", asked, patience)
+        _check_names(asked)
+    return reads
 
 
 def of_classes(where: str, parameters: Parameters) -> bool:
     """Check an expression; tell whether it has the same value for all words of a class.
 
     It does if it contains no subquery and reads only columns that the words of a class share.
-
-    Raises
-    ------
-    SelectionError
-        If SQLite cannot compile it, a name has no value, or a code is compared with a number.
     """
-    patience, stage = Patience(), _stage()
+    reads = check(where, parameters)
+    return reads.columns <= _OF_CLASSES and reads.queries == 1
+
+
+def _run(stage: Driver, statement: str, values: Mapping[str, Any], patience: Patience) -> Reads:
+    """Run a statement on the empty catalogue, and note what it reads."""
     columns: set[str | None] = set()
-    queries = 0
+    queries, calls_code = 0, False
 
     def note(action: int, table: str | None, column: str | None, *names: str | None) -> int:
-        nonlocal queries
+        nonlocal queries, calls_code
         queries += action == sqlite3.SQLITE_SELECT
-        if action == sqlite3.SQLITE_READ and table == "catalogue":
+        calls_code |= action == sqlite3.SQLITE_FUNCTION and column in FUNCTIONS
+        if action == sqlite3.SQLITE_READ:
             columns.add(column)
         return patience.authorize(action, table, column, *names)
 
-    with watched(stage, patience, where):
-        stage.set_authorizer(note)
-        for text in (where, f"(\n{where}\n)"):  # the first refuses a bracket too many
-            queries = 0
-            stage.execute(f"EXPLAIN SELECT 1 FROM catalogue WHERE {text}", dict(parameters))
-        _check_names(where, parameters)
-    _check_words(where, parameters)
-    return columns <= _OF_CLASSES and queries == 1
+    stage.set_authorizer(note)
+    stage.execute(statement, values).fetchone()
+    return Reads(frozenset(columns), queries, calls_code)
 
 
 _kept = threading.local()
 
 
-def _stage() -> Connection:
-    """Return an empty database, in which a table stands in for the view ``catalogue``."""
-    stage: Connection | None = getattr(_kept, "stage", None)
+def _stage() -> Driver:
+    """Return a catalogue in memory, with a table of one empty row in place of the view ``catalogue``."""
+    stage: Driver | None = getattr(_kept, "stage", None)
     if stage is None:
-        stage = sqlite3.connect(":memory:", factory=Connection)
-        for text in (*TABLES.values(), *(text for name, text in VIEWS.items() if name != "catalogue")):
-            stage.execute(text)
-        columns = ", ".join(_COLUMNS)
-        stage.execute(f"CREATE TABLE catalogue ({columns}, PRIMARY KEY (a, p, code)) WITHOUT ROWID")
-        add_code(stage)
+        stage = open_sqlite("file::memory:")
+        with make_engine(lambda: stage, "BEGIN", StaticPool).begin() as connection:
+            t.metadata.create_all(connection, checkfirst=False)
+            for name, view in VIEWS.items():
+                if name != "catalogue":
+                    connection.execute(view)
+        stage.execute(f"CREATE TABLE catalogue ({', '.join(_COLUMNS)}, PRIMARY KEY (a)) WITHOUT ROWID")
+        stage.execute("INSERT INTO catalogue (a) VALUES (0)")  # or constants would not be evaluated
+        stage.add_functions(strict=True)
         _kept.stage = stage
     return stage
+
+
+_LEXED = re.compile(
+    r"""'[^']*'|"[^"]*"|`[^`]*`|\[[^\]]*\]|--[^\n]*|/\*.*?(?:\*/|\Z)|:(?P<name>[^\W\d]\w*)?""", re.DOTALL
+)
+
+
+def expression(where: str, parameters: Parameters) -> TextClause:
+    """Return a checked expression as a condition of SQLAlchemy, with its values.
+
+    SQLAlchemy takes ``:x`` for a name even in quotes, so colons are escaped there. Names get a prefix, so
+    that they differ from those that SQLAlchemy invents.
+    """
+
+    def lexed(part: re.Match[str]) -> str:
+        known = part["name"] in parameters
+        return f":given_{part['name']}" if known else part[0].replace(":", r"\:")
+
+    values: list[BindParameter[Any]] = [
+        bindparam(f"given_{name}", value) for name, value in parameters.items()
+    ]
+    return text(f"(\n{_LEXED.sub(lexed, where)}\n)").bindparams(*values)
 
 
 # statements
@@ -180,26 +261,25 @@ def run_statement(
     Raises `SelectionError` if the statement is not a single SELECT, gives two columns the same name, or takes
     too long.
     """
-    patience = Patience()
-    _check_words(statement, parameters)
-    with watched(connection, patience, statement, "sql"):
-        _check_names(statement, parameters)
-        cursor = connection.execute(statement, dict(parameters))
+    patience, driver, asked = Patience(), driver_of(connection), _Asked(parameters)
+    with watched(driver, patience, statement, "sql"):
+        cursor = driver.execute(statement, asked)
         if cursor.description is None:
             raise ValueError("write a single SELECT")
+        _check_names(asked)
     names = tuple(column for column, *_ in cursor.description)
     if twice := [name for place, name in enumerate(names) if name in names[:place]]:
         raise SelectionError(
             _refusal(statement, f"column {twice[0]!r} occurs twice: rename one of them with AS", "sql")
         )
-    return names, _fetched(connection, statement, cursor, patience)
+    return names, _fetched(driver, statement, cursor, patience)
 
 
 def _fetched(
-    connection: Connection, statement: str, cursor: sqlite3.Cursor, patience: Patience
+    driver: Driver, statement: str, cursor: sqlite3.Cursor, patience: Patience
 ) -> Iterator[tuple[Any, ...]]:
     while True:
-        with watched(connection, patience, statement, "sql"):
+        with watched(driver, patience, statement, "sql"):
             block = cursor.fetchmany(_BLOCK)
         if not block:
             return
@@ -223,101 +303,59 @@ def _refusal(sql: str, message: str, what: str) -> str:
     return line(f"{what} {shortened(sql, 200)!r}: {message}")
 
 
-# words in SQL
-
-
-_QUOTED = r"'(?:[^']|'')*'"
-_ITEM = rf"(?:{_QUOTED}|:\w+|[+-]?\.?\w[\w.]*)"
-_LISTED = rf"\(?\s*{_ITEM}(?:\s*,\s*{_ITEM})*"
-_SIGN = r"(?:[=<>!]{1,2}|\b(?:is|not|like|glob|in|between)\b)"
-_COLUMN = r'(?:\b|")(?:code|representative)\b"?(?!\s*\()'
-_CALL = rf"\bcode\s*\(\s*({_ITEM})\s*\)"
-
-_COMPARED = re.compile(
-    rf"{_COLUMN}\s*(?:{_SIGN}\s*)+(?!\s*\(?\s*code\s*\()(?P<right>{_LISTED})"
-    rf"|(?<![\w.])(?P<left>{_ITEM})\s*(?:{_SIGN}\s*)+{_COLUMN}|{_QUOTED}",
-    re.IGNORECASE,
-)
-_CALLED = re.compile(rf"{_CALL}|{_QUOTED}", re.IGNORECASE)
-_CONDITION = re.compile(
-    rf"(?:^|\b(?:where|and|or|not|on|when|having)\b)[\s(]*(?:iif\s*\([^()]*,\s*)?{_CALL}(?:\s*,[^()]*)?[\s)]*"
-    r"(?:$|\b(?:and|or|then|group|order|limit)\b)",
-    re.IGNORECASE,
-)
-"""A call that is not compared with anything, which is not a condition; SQLite would take it as true."""
-
-_BESIDE_NUMBER = (
-    rf"\w\s*(?:{_SIGN}\s*)+\(?\s*(?:{_ITEM}\s*(?:,|\band\b)\s*)*:NAME\b|:NAME\b\s*{_SIGN}\s*\w"
-    r"|[-+*/%]\s*:NAME\b|:NAME\b\s*[-+*/%]"
-)
-"""A name beside a column, or in arithmetic."""
-
-_BETWEEN = re.compile(r"\bbetween\b(?:(?!\band\b).)*$", re.IGNORECASE | re.DOTALL)
-_LARGEST_INTEGER = 2**63
-
-
-def bound_names(sql: str) -> list[str]:
-    """Return the names (``:name``) in SQL, outside quotes."""
-    return [match[1] for match in re.finditer(rf"{_QUOTED}|(?<!:):([A-Za-z_]\w*)", sql) if match[1]]
-
-
-def _check_names(sql: str, parameters: Parameters) -> None:
+def _check_names(asked: _Asked) -> None:
     """Raise `ValueError` if SQL lacks the name of a value."""
-    if idle := parameters.keys() - set(bound_names(sql)):
+    if idle := asked.keys() - asked.names:
         raise ValueError(f"it has no :{', :'.join(sorted(idle))}: leave out its value")
 
 
-def _check_words(sql: str, parameters: Parameters) -> None:
-    """Raise `SelectionError` if SQL compares a code with a number, or calls ``code()`` wrongly."""
-    for item in (*_compared(sql), *_called(sql)):
-        value = parameters.get(item[1:]) if item.startswith(":") else None
-        if isinstance(value, int | float):
-            raise SelectionError(f"{item} is the number {value}, but codes are texts: give it as '{value}'")
-        if re.fullmatch(r"[+-]?\.?[0-9][\w.]*", item):
-            raise SelectionError(f"codes are texts, so write words in quotes: '{item}', not {item}")
-    for item in _called(sql):
-        word = item[1:-1] if item.startswith("'") else parameters.get(item[1:])
-        try:
-            parse_primitive(word) if isinstance(word, str) else None
-        except WordError as error:
-            raise SelectionError(f"code({item}): {error}") from error
-    for bare in _CONDITION.finditer(sql):
-        if not _BETWEEN.search(sql, 0, bare.start()):
-            raise SelectionError(f"code({bare[1]}) is a word, not a condition: write code = code({bare[1]})")
+# words in SQL
 
 
-def hint(sql: str) -> str | None:
-    """Return a hint if SQL compares a code with a word that is not a least rotation, else None."""
-    for item in _compared(sql):
-        word = item[1:-1]
-        if item.startswith("'") and word and set(word) <= set(SYMBOLS):
-            root = primitive_root(word)
-            if least_rotation(root) != word:
-                return f"no row has code = '{word}', as codes are least rotations: write code('{root}')"
-    return None
+CODES_ARE_TEXTS = "codes are texts, each the least rotation of its word: write code = code('31')"
 
 
-def _compared(sql: str) -> list[str]:
-    """Return the quoted texts, names and numbers that are compared with a column of codes."""
-    beside = (match["right"] or match["left"] or "" for match in _COMPARED.finditer(sql))
-    return [item for text in beside for item in re.findall(_ITEM, text)]
+def reads_codes(sql: str) -> bool:
+    """Tell whether an expression or a statement reads codes; SQL that cannot be run does not."""
+    reads, _ = _compiled(sql)
+    return reads is not None and reads.codes
 
 
-def _called(sql: str) -> list[str]:
-    """Return the quoted texts, names and numbers that SQL passes to ``code()``."""
-    return [match[1] for match in _CALLED.finditer(sql) if match[1]]
+def bound_names(sql: str) -> set[str]:
+    """Return the names (``:name``) in an expression or a statement; none if it cannot be run."""
+    return _compiled(sql)[1]
+
+
+def _compiled(sql: str) -> tuple[Reads | None, set[str]]:
+    """Compile an expression or a statement; return what it reads and the names in it."""
+    stage = _stage()
+    for statement in (f"SELECT 1 FROM catalogue WHERE (\n{sql}\n)", sql):
+        patience, values = Patience(), _Unknown({})
+        with suppress(SelectionError), watched(stage, patience, sql):
+            return _run(stage, f"EXPLAIN {statement}", values, patience), values.names
+    return None, set()
+
+
+class _Unknown(_Asked):
+    """NULL for every name in SQL."""
+
+    def __missing__(self, name: str) -> None:
+        return None
+
+
+_LARGEST_INTEGER = 2**63
 
 
 def parse_parameters(texts: Iterable[str], sql: str) -> dict[str, Value]:
     """Read the values of names in SQL, such as ``cut=0.5`` or ``word=0103``.
 
-    A value in quotes is a text. Digits that could be a word or a number, such as 13, are what they are
-    compared with in the SQL.
+    A value in quotes is a text, and so are digits that begin with 0.
 
     Raises
     ------
     SelectionError
-        If a text is not of the form ``name=value``, or digits could be a word or a number.
+        If a text is not of the form ``name=value``, or digits such as 13 could be a word or a number in SQL
+        that reads codes.
     """
     return dict(_parameter(text, sql) for text in texts)
 
@@ -329,23 +367,17 @@ def _parameter(text: str, sql: str) -> tuple[str, Value]:
         raise SelectionError(f"-P {text!r}: write it as name=value")
     if len(value) > 1 and value[0] == value[-1] and value[0] in "'\"":
         return name, value[1:-1]
-    is_word = f":{name}" in (*_compared(sql), *_called(sql)) or (len(value) > 1 and value[0] == "0")
     try:
         number: float = real(value)
     except ValueError:
         return name, value
     if not re.fullmatch(r"[+-]?[0-9]+", value):
         return name, number
-    if abs(number) >= _LARGEST_INTEGER or (is_word and value.isdigit()):
+    if abs(number) >= _LARGEST_INTEGER or (len(value) > 1 and value[0] == "0"):
         return name, value
-    if len(value) == 1 or not set(value) <= set(SYMBOLS) or _is_number(name, sql):
+    if len(value) == 1 or not set(value) <= set(SYMBOLS) or not reads_codes(sql):
         return name, int(value)
     raise SelectionError(
         f"-P {text}: this could be a word or a number: write \"{name}='{value}'\" for the word, "
         f"{name}=+{value} for the number"
     )
-
-
-def _is_number(name: str, sql: str) -> bool:
-    pattern = _BESIDE_NUMBER.replace("NAME", name)
-    return name not in bound_names(sql) or re.search(pattern, sql, re.IGNORECASE) is not None

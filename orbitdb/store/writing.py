@@ -6,12 +6,17 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import asdict
 from datetime import UTC, datetime
+from functools import cache
 from itertools import repeat
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import sqlalchemy as sa
 from numpy.typing import NDArray
+from sqlalchemy import Connection, Table, select
+from sqlalchemy.dialects import sqlite
+from sqlalchemy.pool import StaticPool
 
 from orbitdb import __version__
 from orbitdb.arrays import Floats, Marks
@@ -19,18 +24,27 @@ from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.errors import StoreError
 from orbitdb.orbits.births import JOINTS, Changes, events
 from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits
+from orbitdb.store import tables as t
 from orbitdb.store.connection import (
-    Connection,
-    Moment,
+    JOURNAL_LIMIT,
+    Driver,
+    checkpoint,
+    make_engine,
     open_to_read,
     open_to_write,
     plain_errors,
-    transaction,
 )
 from orbitdb.store.file import need_newest
-from orbitdb.store.fills import of_spans
-from orbitdb.store.paths import Place, absolute_path, need_place, place, places_beside, remove_journal_of
-from orbitdb.store.schema import BORN, DIED, DONE, id_of_class, ids_of_pruned
+from orbitdb.store.fills import in_spans
+from orbitdb.store.paths import (
+    FileId,
+    absolute_path,
+    check_same_file,
+    file_id,
+    journal_ids,
+    remove_journal_of,
+)
+from orbitdb.store.tables import BORN, DIED, DONE
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.symmetry import joined_members
 from orbitdb.symbols.words import from_strings, keys_of_period
@@ -51,11 +65,19 @@ class Writer:
     def __init__(self, path: Path, parameters: dict[str, Any], references: bool = True) -> None:
         need_newest(path)
         self.path = absolute_path(path)
-        self._parameters, self._references = parameters, references
-        self._connection: Connection | None = None
+        self._parameters = parameters
         self._run_ids: dict[str, int] = {}
-        self._place = place(self.path)
-        self._journal: dict[Path, Place | None] = {}
+        self._file = file_id(self.path)
+        self._journal: dict[Path, FileId | None] = {}
+        self._references = references
+        self._drivers: tuple[Driver, ...] = ()  # one that writes, and one that moves the journal
+        self._engine = make_engine(self._open, "BEGIN IMMEDIATE", StaticPool)
+        self._reading = make_engine(lambda: open_to_read(self.path), "BEGIN", StaticPool)
+
+    def _open(self) -> Driver:
+        for _ in range(2):
+            self._drivers += (open_to_write(self.path, self._references),)
+        return self._drivers[0]
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:
@@ -68,31 +90,30 @@ class Writer:
         """
         noted = dict(self._run_ids)
         try:
-            self._need_place()
+            self._check_file()
             with plain_errors(self.path):
-                if self._connection is None:
-                    self._connection = open_to_write(self.path, self._references)
-                with transaction(self._connection, "BEGIN IMMEDIATE"):
-                    yield self._connection
-                    own = next(iter(self._run_ids.values()), None)
-                    self._connection.execute("UPDATE run SET commits = commits + 1 WHERE id = ?", (own,))
-                    self._need_place()
-                    self._journal = places_beside(self.path)
+                with self._engine.begin() as connection:
+                    yield connection
+                    own = t.run.c.id == next(iter(self._run_ids.values()), None)
+                    connection.execute(sa.update(t.run).where(own).values(commits=t.run.c.commits + 1))
+                    self._check_file()
+                    self._journal = journal_ids(self.path)
+                checkpoint(self._engine, self._drivers[-1], JOURNAL_LIMIT)
         except BaseException:
             self._run_ids = noted  # the runs recorded since then were rolled back
             raise
 
     @contextmanager
-    def reading(self) -> Iterator[Moment]:
+    def reading(self) -> Iterator[Connection]:
         """Yield a connection that sees the file as it is now, even while others write."""
-        self._need_place()
-        with plain_errors(self.path), closing(open_to_read(self.path)) as moment, transaction(moment):
-            yield moment
+        self._check_file()
+        with plain_errors(self.path), self._reading.begin() as connection:
+            yield connection
 
     def try_to_write(self) -> None:
         """Check that the file is writable without writing to it; raise `StoreError` if not."""
         with self.writing() as connection:
-            connection.execute("DELETE FROM run WHERE FALSE")
+            connection.execute(sa.delete(t.run).where(sa.false()))
 
     def close(self) -> None:
         """Move the journal into the file and close it, even while others read it.
@@ -102,18 +123,21 @@ class Writer:
         StoreError
             If the file is no longer at its path.
         """
-        if self._connection is not None:
-            with suppress(sqlite3.Error):
-                self._connection.execute("PRAGMA wal_checkpoint")
-            self._connection.close()
-        remove_journal_of(self.path, self._place, self._journal)
-        self._need_place()
+        if self._journal:
+            with suppress(sqlite3.Error, sa.exc.DBAPIError):
+                checkpoint(self._engine, self._drivers[-1])
+        self._reading.dispose()
+        self._engine.dispose()
+        for driver in self._drivers:
+            driver.close()
+        remove_journal_of(self.path, self._file, self._journal)
+        self._check_file()
 
-    def _need_place(self) -> None:
+    def _check_file(self) -> None:
         """Raise `StoreError` if the file was replaced, moved or deleted since it was opened."""
-        need_place(
+        check_same_file(
             self.path,
-            self._place,
+            self._file,
             "was writing to it: what it stored is in the old file; run the same command again to write to "
             "the file that you mean",
         )
@@ -128,20 +152,19 @@ class Writer:
             provenance = json.dumps(self._parameters | {"arithmetic": computed}, sort_keys=True)
             started = datetime.now(UTC).isoformat()  # to the microsecond, to distinguish runs
             values = {"started": started, "version": __version__, "parameters": provenance}
-            self._run_ids[computed] = insert_row(connection, "run", values)
+            self._run_ids[computed] = insert_row(connection, t.run, values)
         return self._run_ids[computed]
 
     def stadium_id(self, connection: Connection, a: float) -> int:
         """Return the id of the stadium with a given a, after storing it if it is new."""
-        connection.execute("INSERT INTO stadium (a) VALUES (?) ON CONFLICT DO NOTHING", (a,))
-        return int(connection.scalar("SELECT id FROM stadium WHERE a = ?", (a,)))
+        connection.execute(sqlite.insert(t.stadium).values(a=a).on_conflict_do_nothing())
+        return int(connection.scalars(select(t.stadium.c.id).where(t.stadium.c.a == a)).one())
 
 
-def insert_row(connection: Connection, table: str, values: Mapping[str, Any]) -> int:
-    """Store a row, in place of one with the same key, and return its id."""
-    names = ", ".join(f":{name}" for name in values)
-    statement = f"INSERT OR REPLACE INTO {table} ({', '.join(values)}) VALUES ({names})"
-    return int(connection.execute(statement, values).lastrowid or 0)
+def insert_row(connection: Connection, table: Table, values: Mapping[str, Any]) -> int:
+    """Store a row, in place of one with the same key, and return its id; 0 if the table has none."""
+    made = connection.execute(sa.insert(table).prefix_with("OR REPLACE").values(**values))
+    return int(made.lastrowid or 0)
 
 
 def replace_certificates(
@@ -156,21 +179,30 @@ def replace_certificates(
 
     A proof consists of the id of a class, the radius, and the number of bits of the arithmetic.
     """
-    keys = [(stadium_id, cycle) for cycle in tried]
-    connection.executemany("DELETE FROM certificate WHERE stadium = ? AND cycle = ?", keys)
-    if proved:
+    own = t.certificate
+    for cycle in tried:
+        connection.execute(sa.delete(own).where(own.c.stadium == stadium_id, own.c.cycle == cycle))
+    at_once = select(t.orbit.c.cycle).where(t.orbit.c.stadium == stadium_id)
+    stored = set(connection.scalars(at_once)) if proved else set()  # others may have deleted orbits meanwhile
+    if proved := [proof for proof in proved if proof[0] in stored]:
+        cycles, radii, bits = zip(*proved, strict=True)
         number = writer.run_id(connection)
-        rows = [(stadium_id, cycle, radius, bits, version, number) for cycle, radius, bits in proved]
-        connection.executemany("INSERT INTO certificate VALUES (?, ?, ?, ?, ?, ?)", rows)
+        insert(connection, own, {
+            "stadium": repeat(stadium_id, len(cycles)), "cycle": cycles, "radius": radii, "bits": bits,
+            "version": repeat(version, len(cycles)), "run": repeat(number, len(cycles)),
+        })  # fmt: skip
 
 
 def add_reference(writer: Writer, reference: "Reference") -> None:
-    """Store averages over random trajectories."""
+    """Store averages over random trajectories, unless the same ones are stored."""
     values = asdict(reference) | {"seed": str(reference.seed)}
     a = values.pop("a")
     with writer.writing() as connection:
-        key = {"stadium": writer.stadium_id(connection, a), "run": writer.run_id(connection)}
-        insert_row(connection, "trajectory", key | values)
+        key = {"stadium": writer.stadium_id(connection, a)}
+        own = t.trajectory.c
+        same = [own[name] == value for name, value in (key | values).items()]
+        if connection.scalar(select(own.id).where(*same)) is None:  # the same seed gives the same averages
+            insert_row(connection, t.trajectory, {**key, **values, "run": writer.run_id(connection)})
 
 
 def keep_bounds(writer: Writer, bounds: "EntropyBounds", proof: str, computed: str | None = None) -> bool:
@@ -180,29 +212,33 @@ def keep_bounds(writer: Writer, bounds: "EntropyBounds", proof: str, computed: s
     """
     values = {name: getattr(bounds, name) for name in ("lower", "upper", "windows", "undecided")}
     key = {"a": bounds.a, "proof": proof, "edges": bounds.window}
-    of_key = " AND ".join(f"{name} = :{name}" for name in key)
-    query = f"SELECT {', '.join(values)} FROM entropy_bound WHERE {of_key}"
+    own = t.entropy_bound.c
+    same = [own[name] == value for name, value in (key | values).items()]
     with writer.writing() as connection:
-        if connection.execute(query, key).fetchone() == tuple(values.values()):
+        if connection.scalar(select(own.edges).where(*same)) is not None:
             return False
         run = writer.run_id(connection, computed)
-        insert_row(connection, "entropy_bound", {**key, **values, "run": run})
+        insert_row(connection, t.entropy_bound, {**key, **values, "run": run})
     return True
 
 
 def keep_levels(writer: Writer, levels: "LevelWindow") -> bool:
     """Store the levels of a window, unless it overlaps a stored one; return whether they were stored."""
-    own = (levels.a, str(levels.parity))
-    overlapping = "SELECT 1 FROM level_fill WHERE a = ? AND parity = ? AND low < ? AND high > ?"
+    own, fill = {"a": levels.a, "parity": str(levels.parity)}, t.level_fill.c
+    overlapping = (fill.low < levels.high, fill.high > levels.low)
+    query = select(fill.low).where(fill.a == own["a"], fill.parity == own["parity"], *overlapping)
     with writer.writing() as connection:
-        if connection.scalar(overlapping, (*own, levels.high, levels.low)):
+        if connection.scalar(query.limit(1)) is not None:
             return False
         window = {name: getattr(levels, name) for name in ("low", "high", "below", "seconds")}
         run = writer.run_id(connection, levels.arithmetic)
-        insert_row(connection, "level_fill", {"a": own[0], "parity": own[1], **window, "run": run})
-        numbered = enumerate(zip(levels.k.tolist(), levels.error.tolist(), strict=True), levels.below + 1)
-        rows = [(*own, number, k, error) for number, (k, error) in numbered]
-        connection.executemany("INSERT INTO level VALUES (?, ?, ?, ?, ?)", rows)
+        insert_row(connection, t.level_fill, {**own, **window, "run": run})
+        count = len(levels.k)
+        insert(connection, t.level, {
+            **{name: repeat(value, count) for name, value in own.items()},
+            "number": range(levels.below + 1, levels.below + 1 + count),
+            "k": levels.k.tolist(), "error": levels.error.tolist(),
+        })  # fmt: skip
     return True
 
 
@@ -232,7 +268,7 @@ def add_classes(
     )
     walls = ((least == 0) | (least == 2)).sum(axis=1).tolist()
     texts = [joined[:p] for joined in words]
-    insert(connection, "cycle", {
+    insert(connection, t.cycle, {
         "id": numbers, "p": repeat(p, len(texts)), "word": texts, "class_size": sizes, "walls": walls,
         "time_reversal": reversals, "symmetry": labels, "words": words,
     })  # fmt: skip
@@ -241,7 +277,7 @@ def add_classes(
 def add_class(connection: Connection, family: symmetry.SymmetryClass) -> int:
     """Store a class of any period, unless it is stored already; return its id."""
     word = family.representative
-    number = id_of_class(connection, word)
+    number = t.class_id(connection, word)
     stabilisers = np.array([family.stabiliser], dtype=np.uint8)
     add_classes(connection, [number], from_strings([word]), stabilisers, [joined_members(word)])
     return number
@@ -249,16 +285,15 @@ def add_class(connection: Connection, family: symmetry.SymmetryClass) -> int:
 
 def classes_stored(connection: Connection, p: int) -> bool:
     """Tell whether all classes of a period are stored, by a fill at any a or by births."""
-    tables = ("fill", "birth_fill")
-    return any(
-        connection.scalar(f"SELECT 1 FROM {table} WHERE p = ? AND state = ?", (p, DONE)) for table in tables
-    )
+    tables = (t.fill, t.birth_fill)
+    done = [select(table).where(table.c.p == p, table.c.state == DONE).exists() for table in tables]
+    return bool(connection.scalar(select(sa.or_(*done))))
 
 
 def add_pruned(connection: Connection, p: int, words: Sequence[str], rules: Sequence[str]) -> None:
     """Store geometrically pruned words of period p, as least rotations, with the rules that they break."""
-    numbers = ids_of_pruned(connection, p, words)
-    insert(connection, "pruned", {"id": numbers, "p": repeat(p, len(words)), "word": words, "rules": rules})
+    numbers = t.pruned_ids(connection, p, words)
+    insert(connection, t.pruned, {"id": numbers, "p": repeat(p, len(words)), "word": words, "rules": rules})
 
 
 def add_orbits(
@@ -279,7 +314,7 @@ def add_orbits(
         [orbits.status == status for status in EXISTING]
     )  # faster than isin, which sorts
     numbers = {name: _or_null(getattr(orbits, name), kept | (name == "margin")) for name in NUMBERS}
-    insert(connection, "orbit", {
+    insert(connection, t.orbit, {
         "stadium": repeat(stadium_id, count), "cycle": cycles, "status": orbits.status.tolist(),
         "coordinates": _blobs(orbits.coordinates, kept), **numbers, "iterations": orbits.iterations.tolist(),
         "solver": repeat(solver, count), "run": repeat(writer.run_id(connection, computed), count),
@@ -311,19 +346,24 @@ def add_changes(
         rows.append((numbers[word], count[word], a, error, kind, bounce, JOINTS[joint], None, slope, run))
     if rows:
         named = ("cycle", "number", "a", "error", "kind", "bounce", "joint", "event", "slope", "run")
-        insert(connection, "change", dict(zip(named, zip(*rows, strict=True), strict=True)))
+        insert(connection, t.change, dict(zip(named, zip(*rows, strict=True), strict=True)))
 
 
 def number_events(connection: Connection, p: int) -> None:
     """Number the events of a period whose births and deaths are complete."""
-    query = "SELECT cycle, number, a, error FROM change WHERE cycle BETWEEN ? AND ? AND a > 0"
-    if moving := list(connection.records(query, keys_of_period(p))):
-        numbers = events(*(np.array([row[name] for row in moving]) for name in ("a", "error")))
-        numbered = zip(numbers.tolist(), moving, strict=True)
-        connection.executemany(
-            "UPDATE change SET event = ? WHERE cycle = ? AND number = ?",
-            [(event, row["cycle"], row["number"]) for event, row in numbered],
-        )
+    own = t.change.c
+    query = select(own.cycle, own.number, own.a, own.error).where(
+        own.cycle.between(*keys_of_period(p)), own.a > 0
+    )
+    if moving := connection.execute(query).all():
+        cycles, numbers, *births = zip(*moving, strict=True)
+        found = events(*map(np.array, births)).tolist()
+        keyed = (own.cycle == sa.bindparam("of_class"), own.number == sa.bindparam("nth"))
+        numbered = [
+            {"of_class": cycle, "nth": number, "event": event}
+            for cycle, number, event in zip(cycles, numbers, found, strict=True)
+        ]
+        connection.execute(sa.update(t.change).where(*keyed), numbered)
 
 
 def _or_null(values: Floats, kept: Marks) -> list[float]:
@@ -337,14 +377,24 @@ def _blobs(coordinates: Floats, kept: Marks) -> list[bytearray | float]:
     return [data[i * width : (i + 1) * width] if keep else NULL for i, keep in enumerate(kept.tolist())]
 
 
-def insert(connection: Connection, table: str, columns: Mapping[str, Iterable[Any]]) -> None:
+def insert(connection: Connection, table: Table, columns: Mapping[str, Iterable[Any]]) -> None:
     """Insert rows, given as columns, directly through the driver; skip rows whose keys are already stored.
 
-    Raises `sqlite3.IntegrityError` if a row breaks any other constraint.
+    SQLAlchemy would take six times as long for rows as dicts. Raises `sqlalchemy.exc.IntegrityError` if a row
+    breaks any other constraint.
     """
-    marks = ", ".join("?" * len(columns))
-    statement = f"INSERT INTO {table} ({', '.join(columns)}) VALUES ({marks}) ON CONFLICT DO NOTHING"
-    connection.executemany(statement, list(zip(*columns.values(), strict=True)))
+    statement, names = _insertion(table, tuple(columns))
+    rows = list(zip(*(columns[name] for name in names), strict=True))
+    if rows:
+        connection.exec_driver_sql(statement, rows)
+
+
+@cache
+def _insertion(table: Table, names: tuple[str, ...]) -> tuple[str, Sequence[str]]:
+    """Return the statement that inserts rows with these columns, and their order in it."""
+    statement = sqlite.insert(table).on_conflict_do_nothing()
+    compiled = statement.compile(dialect=sqlite.dialect(), column_keys=list(names))
+    return str(compiled), compiled.positiontup or ()
 
 
 # deleting
@@ -356,38 +406,46 @@ def delete(path: Path, a: float, spans: Sequence[tuple[int, int]] = ()) -> None:
     With `spans`, ranges of periods, only orbits, fills and sweeps of these periods are deleted. Classes stay
     as long as an orbit at another a, or births, need them.
     """
-    chosen = of_spans(spans)
+    classes = select(t.cycle.c.id).where(in_spans(t.cycle.c.p, spans))
+    own: dict[Table, sa.ColumnElement[bool]] = {
+        t.certificate: t.certificate.c.cycle.in_(classes),
+        t.orbit: t.orbit.c.cycle.in_(classes),
+        **{table: in_spans(table.c.p, spans) for table in (t.fill, t.sweep_block, t.sweep)},
+    }
     # without SQLite's checks of references, which would search all orbits for each deleted class
     with (
         closing(Writer(path, {"command": "delete"}, references=False)) as writer,
         writer.writing() as connection,
     ):
-        number = connection.scalar("SELECT id FROM stadium WHERE a = ?", (a,))
-        own = {
-            "certificate": f"cycle IN (SELECT id FROM cycle WHERE {chosen})",
-            "orbit": f"cycle IN (SELECT id FROM cycle WHERE {chosen})",
-            "fill": chosen,
-            "sweep_block": chosen,
-            "sweep": chosen,
-        }
         if not spans:
-            own["trajectory"] = "TRUE"
-            for table in ("entropy_bound", "level_fill", "level"):
-                connection.execute(f"DELETE FROM {table} WHERE a = ?", (a,))
+            own[t.trajectory] = sa.true()
+            for table in (t.entropy_bound, t.level_fill, t.level):
+                connection.execute(sa.delete(table).where(table.c.a == a))
         for table, rows in own.items():
-            connection.execute(f"DELETE FROM {table} WHERE stadium = ? AND {rows}", (number,))
-        for statement in _UNUSED:
+            connection.execute(sa.delete(table).where(t.at_a(table, a), rows))
+        for statement in _unused():
             connection.execute(statement)
-    with suppress(StoreError), plain_errors(path), closing(open_to_write(path)) as own_connection:
-        own_connection.execute("VACUUM")  # unless the disk is full or another process writes
+    with suppress(StoreError):  # unless the disk is full or another process writes
+        vacuum(path)
 
 
-_UNUSED = (
-    "DELETE FROM cycle WHERE p NOT IN (SELECT p FROM birth_fill)"
-    " AND id NOT IN (SELECT cycle FROM orbit UNION SELECT cycle FROM change)",
-    "DELETE FROM stadium WHERE id NOT IN (SELECT stadium FROM orbit UNION SELECT stadium FROM fill"
-    " UNION SELECT stadium FROM sweep UNION SELECT stadium FROM trajectory)",
-)
-"""Delete the classes without orbits and births, and the stadiums to which nothing refers.
+def vacuum(path: Path) -> None:
+    """Return the space of deleted rows to the disk."""
+    with plain_errors(path), closing(open_to_write(path)) as driver, closing(open_to_write(path)) as other:
+        driver.execute("VACUUM")
+        checkpoint(make_engine(lambda: driver, "BEGIN IMMEDIATE", StaticPool), other)
 
-Births need all classes of their period, also those that are never born."""
+
+def _unused() -> Iterator[sa.Delete]:
+    """Yield statements that delete classes without orbits and births, and stadiums that nothing refers to.
+
+    Births need all classes of their period, also those that are never born. A class of a period that is
+    being filled may get its orbits later.
+    """
+    needed = sa.union(select(t.orbit.c.cycle), select(t.change.c.cycle))
+    of_births = t.cycle.c.p.in_(select(t.birth_fill.c.p))
+    yield sa.delete(t.cycle).where(~of_births, t.cycle.c.id.not_in(needed))
+    tables = (t.orbit, t.fill, t.sweep, t.trajectory)
+    yield sa.delete(t.stadium).where(
+        t.stadium.c.id.not_in(sa.union(*(select(table.c.stadium) for table in tables)))
+    )

@@ -147,20 +147,29 @@ def representatives(p: int) -> tuple[Words, Integers]:
 def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
     """Cut the words of a period after a given packed word into spans of about ``size`` representatives.
 
-    The spans are adjacent and in order. The last one ends with the last word and may be shorter.
+    The spans are adjacent and in order, and end at places that do not depend on `after`. The last one ends
+    with the last word; it may be shorter, and is empty if no words are left.
     """
-    whole, length = Span.whole(p, after), p - _LAST_SYMBOLS
+    start, last = -1, Span.whole(p).upto
+    for end in _ends(p, size):
+        if end > after:
+            yield Span(p, max(start, after), end)
+        start = end
+    yield Span(p, max(start, after), last)
+
+
+def _ends(p: int, size: int) -> Iterator[int]:
+    """Yield the packed words after which a period is cut, in order; the last word is not among them."""
+    length, start, held = p - _LAST_SYMBOLS, -1, 0
     below, classes = list(_CLASSES), list(_CLASSES.values())
-    start, held = after, 0
-    for codes, *_ in _prefixes(whole, length) if length > 0 else ():
+    for codes, *_ in _prefixes(Span.whole(p), length) if length > 0 else ():
         kinds = np.searchsorted(below, codes * 8.0 ** (4 - length), side="right")
         befores = (codes << BITS * _LAST_SYMBOLS) - 1
         for before, kind in zip(befores.tolist(), kinds.tolist(), strict=True):
             if held >= size and before > start:
-                yield Span(p, start, before)
+                yield before
                 start, held = before, 0
             held += classes[kind]
-    yield Span(p, start, whole.upto)
 
 
 def _prefixes(span: Span, length: int) -> Iterator[tuple[Integers, Integers, NDArray[np.int8]]]:

@@ -7,7 +7,8 @@ The words of a swept period are solved again, up to period `SWEPT_ANEW`. Levels 
 grid; their number must be the same, and they must agree within their errors.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
@@ -21,7 +22,7 @@ from orbitdb.arrays import Floats, Integers, Marks, Words
 from orbitdb.averages.by_period import PeriodSums
 from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stadium import MAX_A, MIN_A, Stadium
-from orbitdb.orbits.births import signs
+from orbitdb.orbits.births import JOINTS, events, find_changes, signs
 from orbitdb.orbits.exponents import OrbitClasses, Tally
 from orbitdb.orbits.missing_births import Completeness, KnownChange, prove_all
 from orbitdb.orbits.newton import newton
@@ -29,26 +30,25 @@ from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
 from orbitdb.quantum.levels import ROUNDING, windows
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.connection import Connection
 from orbitdb.store.fills import Sweep, read_sweeps
 from orbitdb.store.lives import BirthFill, count_births, counts_at, read_birth_fills
-from orbitdb.store.rows import LISTED, as_list
-from orbitdb.store.schema import BORN, DIED, DONE
 from orbitdb.store.selection import Selection
+from orbitdb.store.tables import BORN, DIED, DONE
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import from_strings, unpack
 from orbitdb.text import exact, shortened
 from orbitdb.verification.checks import (
+    LISTED,
     Block,
     Check,
-    Checked,
     Part,
+    Scope,
+    as_list,
     blocks,
     by_period,
     differences,
-    is_chosen,
     judged,
     listed,
     measured,
@@ -61,6 +61,8 @@ SWEPT_ANEW = 11
 """Highest period of a sweep to solve again, which takes half a second."""
 
 _ROUNDING = 1e-12
+_SLOPES = 1e-6
+"""Relative difference of slopes: they are taken at values of a that differ by the error of a change."""
 _REPETITIONS = 20
 """Allowed ratio of the error of a term to that of its orbit, due to the weights of repetitions."""
 
@@ -71,22 +73,34 @@ BLOCK = 1000
 """Number of classes to prove at once, which takes a few hundred megabytes."""
 
 
-def whole_births(connection: Connection, selections: Sequence[Selection] = ()) -> list[BirthFill]:
+def whole_births(scope: Scope) -> list[BirthFill]:
     """Return the periods with complete births that are chosen at some a, or all without selections."""
-    return [
-        births for births in read_birth_fills(connection) if births.whole and is_chosen(births.p, selections)
-    ]
+    stored = read_birth_fills(scope.connection)
+    return [births for births in stored if births.whole and scope.chooses(births.p)]
 
 
-def check_births(selections: Sequence[Selection], connection: Connection) -> Iterator[Check]:
+def births(scope: Scope) -> Iterator[Part]:
+    """Check births and deaths: their counts, and the status on both sides of each, or of a sample."""
+    yield Part("births", check_births)
+    classes = np.array(scope.query("SELECT DISTINCT cycle FROM change"), np.int64)
+    born = by_period(scope, only=classes)
+    chosen = [ids for p, ids in born.items() if scope.chooses(p)]
+    rng = np.random.default_rng([scope.seed, 1])
+    drawn = sampled(np.concatenate([np.zeros(0, np.int64), *chosen]), scope.sample, rng)
+    for block in blocks(by_period(scope, only=drawn)):
+        yield block.part("births", _check_changes)
+
+
+def check_births(scope: Scope) -> Iterator[Check]:
     """Check complete births of the chosen periods, and the counts that follow from them at every filled a."""
-    fills = [fill for fill in fill_rows(connection) if fill["state"] == DONE]
-    for births in whole_births(connection, selections):
-        rows = change_rows(connection, births.p)
-        yield listed("births", len(rows), [*_wrong_changes(rows), *_wrong_counts(connection, births)])
+    fills = [fill for fill in fill_rows(scope) if fill["state"] == DONE]
+    for births in whole_births(scope):
+        rows = change_rows(scope, births.p)
+        found = [*_wrong_changes(rows), *_wrong_counts(scope, births), *_wrong_events(rows)]
+        yield listed("births", len(rows), found)
         for fill in fills:
             if fill["p"] == births.p:
-                tally = vars(counts_at(connection, fill["a"], fill["p"]))
+                tally = vars(counts_at(scope.connection, fill["a"], fill["p"]))
                 counts = {"n_t": tally["words"], **tally, "words": fill["words"]}
                 wrong = {name: count for name, count in counts.items() if count != fill[name]}
                 faults = (f"{name} is {count} according to births" for name, count in wrong.items())
@@ -100,16 +114,20 @@ class ChangeRow(NamedTuple):
     a: float
     error: float
     kind: str
+    bounce: int | None
+    joint: str | None
+    event: int | None
+    slope: float | None
     word: str
 
 
-def change_rows(connection: Connection, p: int, ids: Integers | None = None) -> list[ChangeRow]:
+def change_rows(scope: Scope, p: int, ids: Integers | None = None) -> list[ChangeRow]:
     """Return births and deaths of a period, or only those of some classes, by class and number."""
     only = "" if ids is None else f"AND cycle {LISTED}"
     query = f"""SELECT {", ".join(ChangeRow._fields)} FROM change JOIN cycle ON cycle.id = change.cycle
         WHERE p = :p {only} ORDER BY cycle, number"""
     values = {"p": p} if ids is None else {"p": p, "ids": as_list(ids)}
-    return [ChangeRow(*row) for row in connection.execute(query, values)]
+    return [ChangeRow(*row) for row in scope.query(query, values)]
 
 
 def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
@@ -127,50 +145,55 @@ def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
             yield shortened(word)
 
 
-def _wrong_counts(connection: Connection, fill: BirthFill) -> Iterator[str]:
-    counts = count_births(connection, fill.p)
+def _wrong_events(rows: Sequence[ChangeRow]) -> Iterator[str]:
+    """Yield the changes of a complete period whose events are not numbered by ascending a."""
+    moving = [row for row in rows if row.a > 0]
+    right = events(*(np.array([getattr(row, name) for row in moving]) for name in ("a", "error")))
+    for row, event in zip(moving, right.tolist(), strict=True):
+        if row.event != event:
+            yield f"{shortened(row.word)}: event {row.event} instead of {event}"
+    yield from (f"{shortened(row.word)}: an event at a = 0" for row in rows if row.a == 0 and row.event)
+
+
+def _wrong_counts(scope: Scope, fill: BirthFill) -> Iterator[str]:
+    counts = count_births(scope.connection, fill.p)
     stored, expected = {"words": counts["words"]}, {"words": count_admissible(fill.p)}
     for fault in differences(vars(fill) | stored, counts | expected):
         yield f"p = {fill.p}: {fault}"
 
 
-def prove_lives(connection: Connection, periods: Iterable[BirthFill]) -> Iterator[Checked]:
-    """Prove, block by block, that no birth or death is missing in the given periods.
+def lives(scope: Scope) -> Iterator[Part]:
+    """Prove that no birth or death is missing in the chosen periods with complete births."""
+    for fill in whole_births(scope):
+        cycles = scope.query("SELECT DISTINCT cycle FROM change")
+        born = by_period(scope, only=np.array(cycles, np.int64)).get(fill.p, np.zeros(0, np.int64))
+        for block in blocks({fill.p: born}, BLOCK):
+            yield block.part("missing births", _prove_lives)
+
+
+def _prove_lives(block: Block, scope: Scope) -> Iterator[Check]:
+    """Prove that no birth or death is missing in a block.
 
     Classes that are decided count as rows of the check ``lives``; classes whose cells become too small before
     that, as rows of ``undecided``.
     """
-    for births in periods:
-        brackets: dict[str, list[KnownChange]] = {}
-        for row in change_rows(connection, births.p):
-            changes = brackets.setdefault(row.word, [])
-            if row.a > row.error:
-                low, high = np.log([row.a - row.error, row.a + row.error]).tolist()
-                changes.append((low, high, row.kind == BORN))
-        for start in range(0, len(brackets), BLOCK):
-            words = list(brackets)[start : start + BLOCK]
-            proved = prove_all(from_strings(words), [brackets[word] for word in words])
-            undecided = int((proved == Completeness.UNDECIDED).sum())
-            lives = judged("lives", words, proved == Completeness.WRONG)
-            checks = [replace(lives, rows=len(words) - undecided)]
-            checks += [Check("undecided", undecided)] * (undecided > 0)
-            yield Checked(f"missing births, p = {births.p}", start + len(words), len(brackets), tuple(checks))
+    brackets: dict[str, list[KnownChange]] = {}
+    for row in change_rows(scope, block.p, block.ids):
+        changes = brackets.setdefault(row.word, [])
+        if row.a > row.error:
+            low, high = np.log([row.a - row.error, row.a + row.error]).tolist()
+            changes.append((low, high, row.kind == BORN))
+    proved = prove_all(from_strings(list(brackets)), list(brackets.values()))
+    undecided = int((proved == Completeness.UNDECIDED).sum())
+    judgement = judged("lives", list(brackets), proved == Completeness.WRONG)
+    yield replace(judgement, rows=len(brackets) - undecided)
+    if undecided:
+        yield Check("undecided", undecided)
 
 
-def change_parts(
-    connection: Connection, selections: Sequence[Selection], sample: int | None, rng: np.random.Generator
-) -> Iterator[Part]:
-    """Yield parts that check the classes with births in the chosen periods, or a random sample of these."""
-    classes = connection.execute("SELECT DISTINCT cycle FROM change").fetchall()
-    born = by_period(connection, only=np.array(classes, np.int64))
-    chosen = [ids for p, ids in born.items() if is_chosen(p, selections)]
-    drawn = sampled(np.concatenate([np.zeros(0, np.int64), *chosen]), sample, rng)
-    return (block.part("births", _check_changes) for block in blocks(by_period(connection, only=drawn)))
-
-
-def _check_changes(block: Block, connection: Connection) -> Iterator[Check]:
-    """Check the status on both sides of each birth and death."""
-    rows = change_rows(connection, block.p, block.ids)
+def _check_changes(block: Block, scope: Scope) -> Iterator[Check]:
+    """Check the status on both sides of each birth and death, and where the paths touch the joints."""
+    rows = change_rows(scope, block.p, block.ids)
     a, error = (np.array([getattr(row, name) for row in rows]) for name in ("a", "error"))
     number, born = np.array([(row.number, 1 if row.kind == BORN else -1) for row in rows]).T
     always = (a == 0) & (error == 0) & (born > 0) & (number == 1)
@@ -178,6 +201,7 @@ def _check_changes(block: Block, connection: Connection) -> Iterator[Check]:
     wrong = ~(always | in_range)
     if not wrong.any():
         wrong = _wrong_sides(from_strings([row.word for row in rows]), a, error, born)
+        wrong |= _wrong_joints(rows)
     labels = [f"{row.word} at a = {exact(row.a)}" for row in rows]
     yield replace(judged("births", labels, wrong), rows=0)  # counted already
 
@@ -190,6 +214,23 @@ def _wrong_sides(words: Words, a: Floats, error: Floats, born: Integers) -> Mark
     return wrong
 
 
+def _wrong_joints(rows: Sequence[ChangeRow]) -> Marks:
+    """Tell which changes have another bounce, joint or slope than a new search for births finds."""
+    words = list(dict.fromkeys(row.word for row in rows))
+    found = find_changes(from_strings(words))
+    names = ("word", "bounce", "joint", "slope")
+    anew: dict[str, list[tuple[int, str, float]]] = {word: [] for word in words}
+    for word, bounce, joint, slope in zip(*(getattr(found, each).tolist() for each in names), strict=True):
+        anew[words[word]].append((bounce, JOINTS[joint], slope))
+    wrong = np.zeros(len(rows), bool)
+    for place, row in enumerate(rows):
+        if row.a > 0:
+            bounce, joint, slope = anew[row.word].pop(0) if anew[row.word] else (None, None, math.nan)
+            same = (row.bounce, row.joint) == (bounce, joint)
+            wrong[place] = not (same and math.isclose(row.slope or 0.0, slope, rel_tol=_SLOPES))
+    return wrong
+
+
 def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
     """Return 1 for each word that is an orbit at its own a, -1 if not, 0 if ball arithmetic cannot decide."""
     sign = np.zeros(len(words), np.int8)
@@ -198,19 +239,24 @@ def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
     return sign
 
 
-def check_sweeps(selections: Sequence[Selection], connection: Connection) -> Iterator[Check]:
+def sweeps(scope: Scope) -> Iterator[Part]:
     """Check the counts of every chosen whole period that has been swept, and the sums up to `SWEPT_ANEW`."""
-    with_births = {births.p for births in whole_births(connection)}
-    for selection in selections:
+    yield Part("sweeps", check_sweeps)
+
+
+def check_sweeps(scope: Scope) -> Iterator[Check]:
+    """Check the sweeps of the chosen periods."""
+    with_births = {births.p for births in read_birth_fills(scope.connection) if births.whole}
+    for selection in scope.selections:
         a = selection.a
-        fills = {fill["p"]: fill for fill in fill_rows(connection) if (fill["a"], fill["state"]) == (a, DONE)}
-        for sweep in read_sweeps(connection, a):
+        fills = {fill["p"]: fill for fill in fill_rows(scope) if (fill["a"], fill["state"]) == (a, DONE)}
+        for sweep in read_sweeps(scope.connection, a):
             if not (sweep.whole and selection.includes(sweep.p)):
                 continue
             label = f"p = {sweep.p} at a = {exact(a)}"
             others = [fills[sweep.p]] if sweep.p in fills else []
             if sweep.p in with_births:
-                others.append(vars(counts_at(connection, a, sweep.p)))
+                others.append(vars(counts_at(scope.connection, a, sweep.p)))
             if sweep.p <= SWEPT_ANEW:
                 tally, sums, off = _solved(sweep.p, a)
                 others.append(vars(tally))
@@ -254,20 +300,23 @@ def _solved(p: int, a: float) -> tuple[Tally, PeriodSums, float]:
     return tally, PeriodSums.of(rows, p), float(off)
 
 
-def level_parts(connection: Connection, selections: Sequence[Selection]) -> Iterator[Part]:
-    """Yield parts that check the quantum levels of each parity at the chosen a, unless words are chosen."""
-    chosen = {selection.a for selection in selections if selection == Selection(selection.a)}
-    stored = connection.execute("SELECT DISTINCT a, parity FROM level_fill ORDER BY a, parity")
+def levels(scope: Scope) -> Iterator[Part]:
+    """Check the quantum levels of each parity at the chosen a, unless words are chosen."""
+    chosen = {selection.a for selection in scope.selections if selection == Selection(selection.a)}
+    stored = scope.query("SELECT DISTINCT a, parity FROM level_fill ORDER BY a, parity")
     for a, parity in (row for row in stored if row[0] in chosen):
         yield Part(f"levels {parity} at a = {exact(a)}", partial(_levels, a, parity))
 
 
-def _levels(a: float, parity: str, connection: Connection) -> Iterator[Check]:
+def _levels(a: float, parity: str, scope: Scope) -> Iterator[Check]:
     """Check the numbers of levels in and below each window and, if they are right, each level."""
-    for stored in stored_levels(connection, a, Parity(parity)):
+    for stored in stored_levels(scope.connection, a, Parity(parity)):
         anew = [task.solved(*_GRID) for task in windows(Stadium(a), stored.parity, stored.low, stored.high)]
         k = np.concatenate([window.k for window in anew])
-        if (stored.below, len(stored.k)) != (anew[0].below, len(k)):
+        query = "SELECT number FROM level WHERE a = ? AND parity = ? AND k >= ? AND k < ? ORDER BY k"
+        numbers = [number for (number,) in scope.query(query, (a, parity, stored.low, stored.high))]
+        right = anew[0].below, [*range(anew[0].below + 1, anew[0].below + 1 + len(k))]
+        if (stored.below, numbers) != right or len(stored.k) != len(k):
             yield judged("levels", [f"{parity} {stored.low:g} to {stored.high:g}"], [True])
         else:
             labels = [f"{parity} {level:.6g}" for level in stored.k]

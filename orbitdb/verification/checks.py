@@ -1,5 +1,7 @@
 """The result of a check, and the blocks of classes that any process can check."""
 
+import json
+import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -10,13 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from orbitdb.arrays import Floats, Integers, Marks
-from orbitdb.errors import AlteredError
+from orbitdb.errors import AlteredError, WorkError
 from orbitdb.orbits.status import NUMBERS, Orbits
 from orbitdb.store import query
 from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
-from orbitdb.store.rows import LISTED, as_list
-from orbitdb.store.selection import Selection
+from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import from_strings
 from orbitdb.text import shortened
 
@@ -117,29 +118,102 @@ def measured(name: str, labels: Sequence[str], deviation: Floats, allowed: Float
     return replace(check, worst=float(np.atleast_2d(deviation)[worst]), share=float(share[worst]))
 
 
+Values = tuple[Any, ...] | dict[str, Any]
+
+LISTED = "IN (SELECT value FROM json_each(:ids))"
+"""A condition that a column is one of the ids given by `as_list`."""
+
+
+def as_list(ids: Integers) -> str:
+    """Return ids as the single value ``:ids`` of `LISTED`."""
+    return json.dumps(ids.tolist())
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What to check, in a catalogue at one moment.
+
+    Attributes
+    ----------
+    connection : Connection
+        A connection in a read transaction.
+    selections, sample, restarts, seed
+        As for `orbitdb.verification.verify.verify`.
+    """
+
+    connection: Connection
+    selections: tuple[Selection, ...] = ()
+    sample: int | None = None
+    restarts: int = 0
+    seed: int = 0
+
+    def query(self, sql: str, values: Values = ()) -> list[Any]:
+        """Return the rows of a query."""
+        return [tuple(row) for row in self.connection.exec_driver_sql(sql, values)]
+
+    def scalar(self, sql: str, values: Values = ()) -> Any:
+        """Return the first value of the first row, or None if there is no row."""
+        return next(iter(self.query(sql, values)), (None,))[0]
+
+    def records(self, sql: str, values: Values = ()) -> list[dict[str, Any]]:
+        """Return the rows of a query as dicts, with the names of the columns."""
+        return [dict(row) for row in self.connection.exec_driver_sql(sql, values).mappings()]
+
+    def chooses(self, p: int) -> bool:
+        """Tell whether a period is chosen at some a; if there are no selections, all periods are."""
+        return not self.selections or any(selection.includes(p) for selection in self.selections)
+
+
 class Part(NamedTuple):
-    """A part of a catalogue, with the function that checks it on a connection; otherwise like `Checked`."""
+    """A part of a catalogue, with the function that checks it; otherwise like `Checked`."""
 
     stage: str
-    find: Callable[[Connection], Iterable[Check]]
+    find: Callable[[Scope], Iterable[Check]]
     done: int = 0
     total: int = 1
 
-    def checked(self, connection: Connection) -> Checked:
-        """Check the part; a value that cannot be read ends the part, and fails the check ``file``."""
+    def checked(self, scope: Scope) -> Checked:
+        """Check the part; damage ends the part, and fails the check ``file``."""
         checks: list[Check] = []
         try:
-            checks.extend(self.find(connection))
-        except (AlteredError, TypeError, ValueError) as error:  # damage can make NULL of any value
-            what = error.what if isinstance(error, AlteredError) else error
-            checks.append(Check("file", 1, 1, first=f"{self.stage}: {what}"))
+            checks.extend(self.find(scope))
+        except Exception as error:
+            checks.append(damage(self.stage, error))
         return Checked(self.stage, self.done, self.total, tuple(checks))
 
 
-def checked_apart(path: Path, part: Part) -> Checked:
+def damage(stage: str, error: Exception) -> Check:
+    """Return the failed check for an error that a stored value caused.
+
+    Damage can turn any value into NULL, another type or another number, so the error can be of any kind. Only
+    errors of the system, of the user's own expression, and signals are raised again.
+    """
+    cause = getattr(error, "orig", None) or error
+    if isinstance(cause, sqlite3.OperationalError) and "decode" not in str(cause):
+        raise error
+    if isinstance(cause, (OSError, MemoryError, WorkError, SelectionError)):
+        raise error
+    what = cause.what if isinstance(cause, AlteredError) else f"{cause}" or type(cause).__name__
+    return Check("file", 1, 1, first=shortened(f"{stage}: {' '.join(what.split())}", 200))
+
+
+def parts_of(check: Callable[[Scope], Iterator[Part]], scope: Scope) -> Iterator[Part]:
+    """Yield the parts of a check, and damage that keeps it from finding them."""
+    try:
+        yield from check(scope)
+    except Exception as error:
+        found = damage(check.__name__, error)
+        yield Part(check.__name__, partial(_found, found))
+
+
+def _found(check: Check, _: Scope) -> list[Check]:
+    return [check]
+
+
+def checked_apart(path: Path, part: Part, *asked: Any) -> Checked:
     """Check a part in the file as it is now, which is safe because the rows of a class never change."""
     with reading(path) as moment:
-        return part.checked(moment)
+        return part.checked(Scope(moment, *asked))
 
 
 Ids = dict[int, Integers]
@@ -154,7 +228,7 @@ class Block(NamedTuple):
     done: int  # number of classes or words that are checked after this block
     total: int
 
-    def part(self, stage: str, find: Callable[["Block", Connection], Iterable[Check]]) -> Part:
+    def part(self, stage: str, find: Callable[["Block", Scope], Iterable[Check]]) -> Part:
         """Return the block as a part that `find` checks."""
         return Part(f"{stage}, p = {self.p}", partial(find, self), self.done, self.total)
 
@@ -170,18 +244,13 @@ def blocks(ids: Ids, size: int = _CLASSES) -> Iterator[Block]:
             yield Block(p, block, done, total)
 
 
-def is_chosen(p: int, selections: Sequence[Selection]) -> bool:
-    """Tell whether a period is chosen at some a; if there are no selections, all periods are."""
-    return not selections or any(selection.includes(p) for selection in selections)
-
-
-def by_period(connection: Connection, table: str = "cycle", only: Integers | None = None) -> Ids:
+def by_period(scope: Scope, table: str = "cycle", only: Integers | None = None) -> Ids:
     """Return the ids in `cycle` or `pruned`, or only the given ones, by period.
 
     Damaged periods are left out: SQLite's own check reports them.
     """
     query = f"SELECT id, p FROM {table} WHERE typeof(p) = 'integer' ORDER BY id"
-    rows = np.array(connection.execute(query).fetchall(), np.int64).reshape(-1, 2)
+    rows = np.array(scope.query(query), np.int64).reshape(-1, 2)
     ids, periods = (rows if only is None else rows[np.isin(rows[:, 0], only)]).T
     return {p: ids[periods == p] for p in np.unique(periods).tolist()}
 
@@ -193,21 +262,19 @@ def sampled(ids: Integers, sample: int | None, rng: np.random.Generator) -> Inte
     return np.sort(rng.choice(ids, sample, replace=False))
 
 
-def sampled_classes(
-    connection: Connection, selection: Selection, sample: int | None, rng: np.random.Generator
-) -> Ids:
+def sampled_classes(scope: Scope, selection: Selection, rng: np.random.Generator) -> Ids:
     """Return the ids of the chosen classes, or of a random sample of them, by period."""
-    ids = query.choose(connection, selection).ids
-    return by_period(connection, only=sampled(np.sort(ids[ids > 0]), sample, rng))
+    ids = query.choose(scope.connection, selection).ids
+    return by_period(scope, only=sampled(np.sort(ids[ids > 0]), scope.sample, rng))
 
 
-def stadium_id(connection: Connection, a: float) -> int | None:
+def stadium_id(scope: Scope, a: float) -> int | None:
     """Return the id of the stadium with a given a, or None."""
-    number: int | None = connection.scalar("SELECT id FROM stadium WHERE a = ?", (a,))
+    number: int | None = scope.scalar("SELECT id FROM stadium WHERE a = ?", (a,))
     return number
 
 
-def stored_orbits(connection: Connection, number: int, block: Block) -> tuple[Integers, Orbits]:
+def stored_orbits(scope: Scope, number: int, block: Block) -> tuple[Integers, Orbits]:
     """Return the ids of the classes of a block that have a row at a stadium, and these rows, as stored.
 
     Numbers and coordinates that are missing are NaN.
@@ -215,7 +282,7 @@ def stored_orbits(connection: Connection, number: int, block: Block) -> tuple[In
     names = ("cycle", "status", "coordinates", "iterations", *NUMBERS)
     query = f"""SELECT word, {", ".join(names)} FROM orbit JOIN cycle ON cycle.id = orbit.cycle
         WHERE stadium = :stadium AND cycle {LISTED} ORDER BY cycle"""
-    rows = connection.execute(query, {"stadium": number, "ids": as_list(block.ids)}).fetchall()
+    rows = scope.query(query, {"stadium": number, "ids": as_list(block.ids)})
     words, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     values: dict[str, Sequence[Any]] = dict(zip(names, columns, strict=True))
     blank = np.full(block.p, np.nan, dtype="<f8").tobytes()

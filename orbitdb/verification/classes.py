@@ -12,11 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from orbitdb.store.connection import Connection
 from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
-from orbitdb.store.rows import LISTED, as_list
-from orbitdb.store.schema import DONE, LONG, TABLES
-from orbitdb.store.selection import Selection
+from orbitdb.store.tables import DONE, LONG, TABLES
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.pruning import FAMILY, count_admissible, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import joined_members, joined_words
@@ -31,64 +28,75 @@ from orbitdb.symbols.words import (
 )
 from orbitdb.text import exact
 from orbitdb.verification.checks import (
+    LISTED,
     Block,
     Check,
     Part,
+    Scope,
+    as_list,
     blocks,
     by_period,
     differences,
-    is_chosen,
     judged,
     listed,
     single,
 )
 
 
-def file_parts(selections: Sequence[Selection]) -> list[Part]:
-    """Return the parts that check the file and the counts of the chosen periods."""
-    return [Part("file", _file), Part("counts", partial(_counts, selections))]
+def file(scope: Scope) -> Iterator[Part]:
+    """Check the file as SQLite sees it, and all references."""
+    yield Part("file", _integrity)
+    yield Part("references", _references)
 
 
-def _file(connection: Connection) -> Iterator[Check]:
-    rows = sum(connection.scalar(f"SELECT count(*) FROM {table}") for table in TABLES)
-    dangling = connection.execute("PRAGMA foreign_key_check")
+def _integrity(scope: Scope) -> Iterator[Check]:
+    answer = str(scope.scalar("PRAGMA integrity_check"))
+    yield listed("file", 0, [] if answer == "ok" else [answer])
+    yield Check("file", sum(scope.scalar(f"SELECT count(*) FROM {table}") for table in TABLES))
+
+
+def _references(scope: Scope) -> Iterator[Check]:
+    dangling = scope.query("PRAGMA foreign_key_check")
     faults = [f"a row of {child} refers to a missing row of {parent}" for child, _, parent, _ in dangling]
-    answer = str(connection.scalar("PRAGMA integrity_check"))
-    yield listed("file", rows, faults if answer == "ok" else [answer, *faults])
+    yield listed("file", 0, faults)
 
 
-def _counts(selections: Sequence[Selection], connection: Connection) -> Iterator[Check]:
+def counts(scope: Scope) -> Iterator[Part]:
     """Check the words of whole periods against the transfer matrix, and all counts against the rows."""
-    fills = fill_rows(connection)
-    births = list(connection.records("SELECT * FROM birth_fill"))
+    yield Part("counts", _counts)
+
+
+def _counts(scope: Scope) -> Iterator[Check]:
+    fills = fill_rows(scope)
+    births = scope.records("SELECT * FROM birth_fill")
     sizes = "SELECT p, count(*), sum(class_size) FROM cycle GROUP BY p"
     stored: dict[int, tuple[int, int]] = defaultdict(lambda: (0, 0))
-    stored |= {p: (classes, words) for p, classes, words in connection.execute(sizes)}
+    stored |= {p: (classes, words) for p, classes, words in scope.query(sizes)}
     whole = {row["p"] for row in (*fills, *births) if row["state"] == DONE}
     for p in sorted(whole | stored.keys()):
-        if is_chosen(p, selections):
+        if scope.chooses(p):
             words = stored[p][1]
             expected = count_admissible(p) if p in whole else words
             first = f"p = {p}: {words} words instead of {expected}" if words != expected else None
             yield Check("counts", words, abs(words - expected), first=first)
-    chosen = {selection.a: selection for selection in selections}
+    chosen = {selection.a: selection for selection in scope.selections}
     for row in fills:
         if row["a"] in chosen and chosen[row["a"]].includes(row["p"]):
             if row["state"] == DONE:
-                statuses = status_counts(connection, row["stadium"], row["p"]).get(row["p"], {})
+                statuses = status_counts(scope.connection, row["stadium"], row["p"]).get(row["p"], {})
                 faults = _wrong_counts(row, statuses, stored[row["p"]][0])
             else:
-                faults = _wrong_cursor(connection, row, row["stadium"])
+                faults = _wrong_cursor(scope, row, row["stadium"])
             yield single("counts", f"p = {row['p']} at a = {exact(row['a'])}", faults)
     for row in births:
-        if row["state"] != DONE and is_chosen(row["p"], selections):
-            yield single("births", f"p = {row['p']}", _wrong_cursor(connection, row, None))
+        if row["state"] != DONE and scope.chooses(row["p"]):
+            yield single("births", f"p = {row['p']}", _wrong_cursor(scope, row, None))
 
 
-def fill_rows(connection: Connection) -> list[dict[str, Any]]:
+def fill_rows(scope: Scope) -> list[dict[str, Any]]:
     """Return the rows of `fill`, each with its value of a."""
     query = "SELECT * FROM fill JOIN stadium ON stadium.id = fill.stadium ORDER BY a, p"
-    return list(connection.records(query))
+    return scope.records(query)
 
 
 def _wrong_counts(
@@ -102,26 +110,28 @@ def _wrong_counts(
         yield f"{solved} of {classes} classes have a row"
 
 
-def _wrong_cursor(connection: Connection, row: Mapping[str, Any], number: int | None) -> Iterator[str]:
-    """Yield the fault of an unfinished period, of which all words up to the cursor must be stored."""
+def _wrong_cursor(scope: Scope, row: Mapping[str, Any], number: int | None) -> Iterator[str]:
+    """Yield the faults of an unfinished period, of which all words up to the cursor must be stored."""
     cursor, p = row["cursor"], row["p"]
-    words = 0 if cursor is None else words_up_to(connection, number, p, cursor)
+    if row["words"] == count_admissible(p) and row["classes"] is not None:
+        yield "all words are stored and counted, but the period is not marked as done"
+    words = 0 if cursor is None else words_up_to(scope.connection, number, p, cursor)
     if words != row["words"]:
         yield f"{words} words up to {cursor} instead of {row['words']}"
 
 
-def class_parts(connection: Connection, selections: Sequence[Selection]) -> Iterator[Part]:
-    """Yield parts that check the classes and pruned words of the chosen periods, or of all periods."""
+def classes(scope: Scope) -> Iterator[Part]:
+    """Check the classes and pruned words of the chosen periods, or of all periods."""
     for table in ("cycle", "pruned"):
-        ids = by_period(connection, table)
-        for block in blocks({p: of_period for p, of_period in ids.items() if is_chosen(p, selections)}):
+        ids = by_period(scope, table)
+        for block in blocks({p: of_period for p, of_period in ids.items() if scope.chooses(p)}):
             yield block.part("classes", partial(_compared, table == "pruned"))
 
 
-def _compared(of_pruned: bool, block: Block, connection: Connection) -> Iterator[Check]:
+def _compared(of_pruned: bool, block: Block, scope: Scope) -> Iterator[Check]:
     """Check rows of `cycle` or `pruned` against the values that follow from their words."""
     query = f"SELECT * FROM {'pruned' if of_pruned else 'cycle'} WHERE id {LISTED}"
-    rows = connection.execute(query, {"ids": as_list(block.ids)}).fetchall()
+    rows = scope.query(query, {"ids": as_list(block.ids)})
     words = [row[2] for row in rows]
     symbols = from_strings(words)
     broken = rules_broken(symbols)

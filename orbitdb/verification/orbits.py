@@ -27,7 +27,7 @@ from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.orbits.error_bounds import direction_errors, enclosed_areas
 from orbitdb.orbits.newton import certificates, newton, solve_admissible
 from orbitdb.orbits.status import EXISTING, Orbits, Status
-from orbitdb.store.file import Reader
+from orbitdb.store.file import Store
 from orbitdb.store.selection import Selection
 from orbitdb.store.writing import Writer, replace_certificates
 from orbitdb.symbols.symmetry import class_of, encloses_nothing
@@ -36,6 +36,7 @@ from orbitdb.text import exact
 from orbitdb.verification.checks import (
     Check,
     Checked,
+    Scope,
     blocks,
     judged,
     measured,
@@ -330,19 +331,20 @@ def certify(path: Path, selection: Selection, sample: int | None = None, seed: i
     the next run continues from there. The parameters are those of `orbitdb.verification.verify.verify`.
     """
     place, stadium = f"at a = {exact(selection.a)}", Stadium(selection.a)
-    source = Reader(path)
-    with source.moment() as moment:
-        number = stadium_id(moment, selection.a)
+    source = Store(path)
+    with source.snapshot() as moment:
+        scope = Scope(moment, sample=sample)
+        number = stadium_id(scope, selection.a)
         if number is None:
             return
-        chosen = sampled_classes(moment, selection, sample, np.random.default_rng(seed))
-        cycles = moment.execute("SELECT cycle FROM certificate WHERE stadium = ?", (number,))
-        certified = np.array(cycles.fetchall(), np.int64)
+        chosen = sampled_classes(scope, selection, np.random.default_rng(seed))
+        cycles = scope.query("SELECT cycle FROM certificate WHERE stadium = ?", (number,))
+        certified = np.array(cycles, np.int64)
     todo = {p: np.setdiff1d(ids, certified) for p, ids in chosen.items()}
     with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
         for block in blocks(todo, _BATCH):
-            with source.moment() as moment:
-                ids, stored = stored_orbits(moment, number, block)
+            with source.snapshot() as moment:
+                ids, stored = stored_orbits(Scope(moment), number, block)
             check, proved, radii, precisions = prove(with_bounds(stored, stadium), stadium)
             rows = zip(ids.tolist(), proved, radii, precisions, strict=True)
             entries = [(of_class, radius, bits) for of_class, is_proved, radius, bits in rows if is_proved]

@@ -9,7 +9,6 @@ from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from functools import partial
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,32 +20,28 @@ from orbitdb.extras import data_frame
 from orbitdb.filling.workers import HERE, Workers, at_work
 from orbitdb.orbits.status import EXISTING
 from orbitdb.progress import Tell, nobody
-from orbitdb.store.connection import Connection, Moment
+from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.file import reading
-from orbitdb.store.paths import need_place, place
+from orbitdb.store.paths import check_same_file, file_id
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact, several
-from orbitdb.verification.births_sweeps_levels import (
-    change_parts,
-    check_births,
-    check_sweeps,
-    level_parts,
-    prove_lives,
-    whole_births,
-)
+from orbitdb.verification.births_sweeps_levels import births, levels, lives, sweeps
 from orbitdb.verification.checks import (
     Block,
     Check,
     Checked,
     Part,
+    Scope,
     blocks,
     checked_apart,
+    parts_of,
     sampled_classes,
     stadium_id,
     stored_orbits,
 )
-from orbitdb.verification.classes import class_parts, file_parts
+from orbitdb.verification.classes import classes, counts, file
 from orbitdb.verification.orbits import certify, check_against, check_consistency, restart, with_bounds
+from orbitdb.verification.values import values
 
 if TYPE_CHECKING:
     import pandas
@@ -54,6 +49,7 @@ if TYPE_CHECKING:
 
 PROMISES = {
     "file": "SQLite finds the file sound, every reference points to a row, and every value can be read",
+    "values": "every value is possible by itself and within its row",
     "counts": "a period has as many words as the transfer matrix says, and a fill the counts of its rows",
     "classes": "all columns of a class follow from its representative, and broken rules from the pruned word",
     "statuses": "a new solution gives the same status",
@@ -76,7 +72,7 @@ PROMISES = {
 
 
 def verify(
-    moment: Moment,
+    moment: Connection,
     selections: Sequence[Selection],
     sample: int | None = None,
     restarts: int = 0,
@@ -89,7 +85,7 @@ def verify(
 
     Parameters
     ----------
-    moment : Moment
+    moment : Connection
         The moment at which to check. Workers read each part at a later moment, which is safe because a fill
         never changes the rows of existing classes.
     selections : sequence of Selection
@@ -105,45 +101,45 @@ def verify(
     missing_births : bool, optional
         Also prove that no birth or death is missing.
     jobs, workers : optional
-        Processes that check all parts but births and sweeps, as in `at_work`; the result does not depend on
-        them.
+        Processes that check, as in `at_work`; the result does not depend on them.
 
     Yields
     ------
     Checked
         After every block of rows, so that memory is bounded.
     """
-    rng = np.random.default_rng(seed)
-    classes = {s.a: sampled_classes(moment, s, sample, rng) for s in selections}
-    parts = chain(
-        file_parts(selections),
-        class_parts(moment, selections),
-        (
-            block.part(f"orbits at a = {exact(a)}", partial(_orbits, a, restarts, seed))
-            for a, ids in classes.items()
-            for block in blocks(ids)
-        ),
-        change_parts(moment, selections, sample, rng),
-        level_parts(moment, selections),
-    )
-    solutions = (4 + restarts) * sum(len(ids) for at_a in classes.values() for ids in at_a.values())
-    with at_work(solutions / _CLASSES_A_SECOND, jobs, workers) as at_hand:
+    asked = tuple(selections), sample, restarts, seed
+    scope = Scope(moment, *asked)
+    checks = (*CHECKS, lives) if missing_births else CHECKS
+    parts = (part for check in checks for part in parts_of(check, scope))
+    with at_work(_seconds(scope), jobs, workers) as at_hand:
         if at_hand is HERE:
-            yield from (part.checked(moment) for part in parts)
+            yield from (part.checked(scope) for part in parts)
         else:
-            yield from at_hand.solved(partial(checked_apart, moment.path, part) for part in parts)
-    yield Part("births", partial(check_births, selections)).checked(moment)
-    if missing_births:
-        yield from prove_lives(moment, whole_births(moment, selections))
-    yield Part("sweeps", partial(check_sweeps, selections)).checked(moment)
+            yield from at_hand.solved(partial(checked_apart, path_of(moment), part, *asked) for part in parts)
 
 
-def _orbits(a: float, restarts: int, seed: int, block: Block, connection: Connection) -> Iterator[Check]:
+def _seconds(scope: Scope) -> float:
+    """Estimate how long it takes to check the orbits."""
+    stored = scope.scalar("SELECT count(*) FROM orbit")
+    each = stored if scope.sample is None else min(stored, scope.sample * len(scope.selections))
+    return float((4 + scope.restarts) * each / _CLASSES_A_SECOND)
+
+
+def orbits(scope: Scope) -> Iterator[Part]:
+    """Check the rows of the chosen classes, or of a random sample of them, at every a."""
+    rng = np.random.default_rng(scope.seed)
+    for selection in scope.selections:
+        for block in blocks(sampled_classes(scope, selection, rng)):
+            yield block.part(f"orbits at a = {exact(selection.a)}", partial(_orbits, selection.a))
+
+
+def _orbits(a: float, block: Block, scope: Scope) -> Iterator[Check]:
     """Check the rows of a block at a given a."""
-    number = stadium_id(connection, a)
+    number = stadium_id(scope, a)
     if number is None:
         return
-    _, stored = stored_orbits(connection, number, block)
+    _, stored = stored_orbits(scope, number, block)
     if not len(stored):
         return
     stadium = Stadium(a)
@@ -152,16 +148,24 @@ def _orbits(a: float, restarts: int, seed: int, block: Block, connection: Connec
         checks = list(check_against(stored, stadium))
         existing = np.flatnonzero(np.isin(stored.status, EXISTING) & np.isfinite(stored.error))
         checks += check_consistency(stored.rows(existing), stadium)
-    if restarts:
-        rng = np.random.default_rng([seed, block.done - len(block.ids)])
-        checks.append(restart(stored.words, stadium, restarts, rng))
+    if scope.restarts:
+        rng = np.random.default_rng([scope.seed, block.done - len(block.ids)])
+        checks.append(restart(stored.words, stadium, scope.restarts, rng))
     yield from (check.at(f"at a = {exact(a)}") for check in checks)
+
+
+CHECKS = (file, values, counts, classes, orbits, births, levels, sweeps)
+"""Functions that yield the parts of a catalogue that they check, in the order in which they run."""
 
 
 def verifiable(connection: Connection) -> list[float]:
     """Return the values of a, in order, at which anything is stored that can be verified."""
     return [
-        a for (a,) in connection.execute("SELECT a FROM stadium UNION SELECT a FROM level_fill ORDER BY a")
+        a
+        for (a,) in connection.exec_driver_sql(
+            "SELECT a FROM stadium UNION SELECT a FROM level_fill ORDER BY a"
+        )
+        if isinstance(a, float)  # the check of all values finds those that are damaged
     ]
 
 
@@ -177,14 +181,17 @@ class Verification:
     ----------
     checks : tuple of Check
         The result for each of `PROMISES` that was checked.
+    notes : tuple of str
+        What is missing, one line each.
 
     Examples
     --------
     >>> catalogue.verify(p="2-5")
-    <sound: 10 checks>
+    <sound: 11 checks>
     """
 
     checks: tuple[Check, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def sound(self) -> bool:
@@ -242,13 +249,13 @@ def verified(
     need_whole("restarts", restarts, 0)
 
     def steps() -> Generator[Checked]:
-        opened = place(path)
+        opened = file_id(path)
         with reading(path) as moment:
             yield from verify(moment, selections, sample, restarts, seed, births, jobs)
         for selection in selections if rigorous else ():
-            need_place(path, opened, _REPLACED)
+            check_same_file(path, opened, _REPLACED)
             yield from certify(path, selection, sample, seed)
-        need_place(path, opened, _REPLACED)
+        check_same_file(path, opened, _REPLACED)
 
     with closing(steps()) as going:  # ends its processes if it is interrupted
         return Verification(tuple(report(going, tell)))

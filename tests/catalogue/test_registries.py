@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from orbitdb import Catalogue
 from orbitdb.columns import IN_CATALOGUE
+from orbitdb.store import views
 
 DOCS = Path(__file__).parents[2] / "docs"
 AVERAGE = """
@@ -95,8 +96,8 @@ def test_an_average_is_one_entry(small, tmp_path):
 from pathlib import Path
 from orbitdb.cli.tui import statistics_screen as screen
 from orbitdb.store.selection import Selection
-from orbitdb.store.file import Reader
-found = screen.statistics(Reader(Path({small!r})), Selection())
+from orbitdb.catalogue import Catalogue
+found = screen.statistics(Catalogue(Path({small!r})), Selection())
 curves = screen.curves_of(found, None)["lambda_d"]
 print("lambda_c_third" in screen.columns(), [each.name for each in curves])
 """
@@ -105,7 +106,8 @@ print("lambda_c_third" in screen.columns(), [each.name for each in curves])
 
 def quotient_error(lyapunov, length, lyapunov_error, length_error):
     """Return lambda_c and its error bound, as SQLite computes them from the formulas."""
-    columns = {each.name: each.sql for each in IN_CATALOGUE}
+    lambda_c, error = (str(views.CLASS_COLUMNS[name].compile(compile_kwargs={"literal_binds": True}))
+                       for name in ("lambda_c", "lambda_c_error"))  # fmt: skip
     values = {
         "lyapunov": lyapunov,
         "length": length,
@@ -114,7 +116,7 @@ def quotient_error(lyapunov, length, lyapunov_error, length_error):
     }
     source = ", ".join(f"{value!r} AS {name}" for name, value in values.items())
     with closing(sqlite3.connect(":memory:")) as plain:
-        query = f"SELECT {columns['lambda_c']}, {columns['lambda_c_error']} FROM (SELECT {source}) AS orbit"
+        query = f"SELECT {lambda_c}, {error} FROM (SELECT {source}) AS orbit"
         return plain.execute(query).fetchone()
 
 

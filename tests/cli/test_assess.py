@@ -193,7 +193,7 @@ def test_waves_are_drawn_with_an_orbit_over_them(cli, own, tmp_path, figure):
     asked = ("plot", figure, "0123", "--k", "8.1", "--a", "1.6", "-o", str(target), "--force", "--db", own)
     outcome = cli(*asked, "--parity", "oo")
     assert outcome.code == 0
-    assert "0123 with strength" in outcome.err
+    assert "with the orbit 0123 (strength" in outcome.err
     assert target.read_bytes().startswith(b"\x89PNG")
     assert cli(*asked).says(2, "name one parity")
     assert cli("plot", figure, "--parity", "oo", "-o", str(target), "--force", "--db", own).says(2, "--k")

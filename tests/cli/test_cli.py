@@ -4,7 +4,9 @@ import io
 import json
 import math
 import re
+import shlex
 import subprocess
+import sys
 from fractions import Fraction
 from importlib.metadata import metadata
 from pathlib import Path
@@ -13,7 +15,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from processes import COMMAND, commands
+from processes import COMMAND, commands, run
 
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.text import with_bound
@@ -22,6 +24,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_every_column_of_every_command_is_explained(cli):
+    from orbitdb.answers.field import COLUMNS as FIELD_KEYS
     from orbitdb.answers.identification import SHADOWED
     from orbitdb.answers.results import TABLE
     from orbitdb.answers.scars import Scar
@@ -52,7 +55,7 @@ def test_every_column_of_every_command_is_explained(cli):
     }
     told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
     simulated = (column.name for column in OF_ENSEMBLES)
-    at_one_a = {*TABLE, *BOUNDS, *simulated, *Life.__dataclass_fields__, "number"}
+    at_one_a = {*TABLE, *BOUNDS, *simulated, *Life.__dataclass_fields__, "number", *FIELD_KEYS, "elliptic"}
     assert set(told) == {*COLUMNS, *OF_A_WORD, *BOUNCE_COLUMNS, *SHADOWED, *LENGTH_KEYS, *quantum, *at_one_a}
     assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")
     bounds = {row["bound"] for row in told.values() if row["bound"].endswith("error")}
@@ -163,7 +166,8 @@ def test_panels_list_every_command(cli):
 @pytest.mark.parametrize("command", ["query", "entropy", "lyapunov", "export", "plot", "verify", "browse"])
 def test_subsets_are_chosen_by_the_same_options_everywhere(cli, command):
     text = cli(command, "--help").out
-    names = ["--p", "--status", "--reversal", "--symmetry", "--contains", "--range", "--where", "-P"]
+    names = ["--p", "--status", "--reversal", "--symmetry", "--contains", "--without", "--range", "--where"]
+    names += ["-P"]
     places = [found.start() for name in names if (found := re.search(rf"\n  {name}[ ,]", text))]
     assert len(places) == len(names)
     assert places == sorted(places)
@@ -172,10 +176,18 @@ def test_subsets_are_chosen_by_the_same_options_everywhere(cli, command):
 
 @pytest.mark.slow
 def test_head_ends_quietly(filled):
-    command = " ".join(f"'{part}'" for part in [*COMMAND, "query", "--format", "csv", "--db", str(filled)])
-    result = subprocess.run(f"{command} | head -n 2", shell=True, capture_output=True, text=True, check=False)
-    assert len(result.stdout.splitlines()) == 2
-    assert result.stderr == ""
+    command = shlex.join([*COMMAND, "query", "--format", "csv", "--db", str(filled)])
+    line = f"{command} | head -n 2; echo ${{PIPESTATUS[0]}}"
+    result = subprocess.run(["bash", "-c", line], capture_output=True, text=True, check=False)
+    assert len(result.stdout.splitlines()) == 3
+    assert (result.stdout.splitlines()[-1], result.stderr) == ("141", "")
+
+
+@pytest.mark.slow
+def test_a_crash_has_a_traceback_and_exit_code_1(filled):
+    program = "from orbitdb.cli import app, main; app.call = lambda arguments: 1 / 0; main.run()"
+    done = run("table", "--db", filled, command=[sys.executable, "-P", "-c", program])
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (1, "ZeroDivisionError: division by zero")
 
 
 @pytest.mark.parametrize(

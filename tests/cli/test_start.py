@@ -12,7 +12,7 @@ import orbitdb
 ROOMS = [
     "numpy", "sqlalchemy", "alembic", "scipy", "flint", "textual", "matplotlib", "asyncio", "multiprocessing",
     "orbitdb.averages", "orbitdb.averages.sum_rules", "orbitdb.entropy.bounds", "orbitdb.filling",
-    "orbitdb.orbits.births", "orbitdb.orbits.newton", "orbitdb.plots",
+    "orbitdb.orbits.births", "orbitdb.orbits.newton", "orbitdb.plots.style",
     "orbitdb.cli.commands.bench",
 ]  # fmt: skip
 """Modules that take 0.01 to 0.1 s to import."""
@@ -25,7 +25,7 @@ LIGHTEST_FIRST = {
     "table": "orbitdb.averages orbitdb.averages.sum_rules orbitdb.entropy.bounds",
     "query --p 3": "",
     "lyapunov": "",
-    "births --p 2": "multiprocessing orbitdb.filling",
+    "births --p 2": "orbitdb.filling",
     "fill --p 2 --db new.db": "",
 }
 """Commands with the slow modules each may import beyond those of the earlier ones."""

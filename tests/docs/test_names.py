@@ -115,7 +115,7 @@ def test_every_column_has_a_known_kind():
 
 def test_every_column_is_in_the_data_dictionary():
     """Each has a unit or type, a meaning, and a note when it is empty."""
-    columns = inspect.signature(orbitdb.Catalogue.rows).parameters["columns"].default
+    columns = [column.name for column in orbitdb.columns.IN_CATALOGUE]
     page = [(pages.ROOT / "docs/columns.md").read_text(encoding="utf-8")]
     program.fill_in(None, "columns", page)
     told = dict(re.findall(r"(?m)^\| `(\w+)` \|(.+)\|$", page[0].partition("## Statuses")[0]))
@@ -150,14 +150,14 @@ def test_the_data_dictionary_has_every_status_and_rule():
 
 
 def test_the_gallery_has_every_figure_with_its_command():
-    from orbitdb.cli.figures import DRAWINGS
+    from orbitdb.plots.registry import NAMES
 
     page = (pages.ROOT / "docs/gallery.md").read_text(encoding="utf-8")
     shown = re.findall(r"(?ms)^!\[[^]]*\]\((\S+)\)\n\n<!--[^>]*-->\n```sh\n(.+?)```$", page)
     assert len(shown) == page.count("![")
     assert all((pages.ROOT / "docs" / picture).exists() for picture, _ in shown)
     drawn = [re.findall(r"(?m)^orbitdb plot (\S+) .*-o figure.svg$", commands) for _, commands in shown]
-    assert {kind for kinds in drawn for kind in kinds} == set(DRAWINGS)
+    assert {kind for kinds in drawn for kind in kinds} == set(NAMES)
 
 
 def test_every_page_is_in_the_table_of_contents():

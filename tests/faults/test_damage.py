@@ -11,7 +11,7 @@ from contents import alter, ask
 from processes import run_several, seeded
 from quick import fuzz_but, slow_but
 
-from orbitdb.store.schema import PAGE_SIZE
+from orbitdb.store.tables import PAGE_SIZE
 
 COMMANDS = (
     ["query", "--p", "5", "--json"],

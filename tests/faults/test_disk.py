@@ -71,11 +71,16 @@ def disk(tmp_path: Path) -> Iterator[Callable[[int], Path]]:
         subprocess.run(["umount", folder], check=True)
 
 
+_UNAWARE = "from orbitdb.filling import estimate; estimate.BYTES = estimate._EMPTY = 0"
+
+
 @pytest.mark.parametrize("size", fuzz_but([200], [200, 300]))
 def test_a_fill_resumes_after_the_disk_was_full(filled, disk, size):
+    """A disk that is too small is noticed before the fill begins; others may fill it later."""
     path = disk(size) / "orbits.db"
     arguments = "fill", "--p", "8", "--db", path
-    done = run(*arguments, command=small_blocks(16))
+    *python, program = small_blocks(16)
+    done = run(*arguments, command=[*python, f"{_UNAWARE}\n{program}" if size == 300 else program])
     fails(done, "no space left" if size == 300 else "no room")
     disk(2000)
     assert run(*arguments).returncode == 0
@@ -178,15 +183,15 @@ _READ_TWICE = """
 import sys
 from orbitdb import StoreError
 from orbitdb.store.lookup import a_values
-from orbitdb.store.file import Reader
-reader = Reader(sys.argv[1])
+from orbitdb.store.file import Store
+reader = Store(sys.argv[1])
 try:
-    with reader.moment() as moment:
+    with reader.snapshot() as moment:
         print(a_values(moment), flush=True)
         input()
 except StoreError as error:
     print(error)
-with reader.moment() as moment:
+with reader.snapshot() as moment:
     print(a_values(moment))
 """
 

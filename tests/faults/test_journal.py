@@ -1,6 +1,7 @@
 """Journals: none remains after a clean end, none is read into another file, and none outlives its file."""
 
 import shutil
+import sqlite3
 import sys
 import time
 from contextlib import closing
@@ -14,7 +15,7 @@ from orbitdb import Catalogue, StoreError
 from orbitdb.filling.fill import fill_periods
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
-from orbitdb.store.writing import Writer
+from orbitdb.store.writing import Writer, delete
 from orbitdb.verification.verify import verified
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="an open file cannot be replaced there")
@@ -70,7 +71,7 @@ def test_a_command_leaves_no_journal(cli, filled, command):
 UNFINISHED = """
 import sys
 from orbitdb import Catalogue
-rows = Catalogue(sys.argv[1], a=1.6).rows()
+rows = iter(Catalogue(sys.argv[1], a=1.6).rows())
 print(next(rows)[0])
 """
 
@@ -81,15 +82,34 @@ def test_rows_that_were_not_read_to_their_end_leave_no_journal_and_no_noise(fill
     assert [each.name for each in filled.parent.iterdir()] == [filled.name]
 
 
-def test_an_idle_handle_keeps_no_file_open(filled, tmp_path):
-    """So another file may take its place, whatever has been written meanwhile; the next question reads it."""
+def test_another_file_may_take_the_place_of_one_that_is_open(filled, tmp_path):
+    """Whether it is moved or copied there: the next question reads it, and no old journal stays."""
     catalogue, other = Catalogue(filled, a=1.6), Path(shutil.copy(filled, tmp_path / "other.db"))
     list(write(other))
     assert catalogue.a_values() == [1.6]
-    list(write(filled, 2, a=3.5))
-    assert [each.name for each in tmp_path.iterdir() if filled.name in each.name] == [filled.name]
-    other.replace(filled)
+    list(write(filled, 1, a=3.5))
+    assert catalogue.a_values() == [1.6, 3.5]
+    shutil.copyfile(other, filled)
     assert catalogue.a_values() == [1.6, 2.5]
+    list(write(other, 1, a=4.5))
+    other.replace(filled)
+    assert catalogue.a_values() == [1.6, 2.5, 4.5]
+    catalogue.close()
+    assert [each.name for each in tmp_path.iterdir() if filled.name in each.name] == [filled.name]
+
+
+def test_an_open_handle_locks_nothing(filled):
+    """Others write, delete and shrink the file, and the handle sees each change."""
+    catalogue = Catalogue(filled, a=1.6)
+    counts = [catalogue.count(p=8)]
+    with closing(sqlite3.connect(filled, timeout=0)) as other:
+        other.execute("VACUUM")
+        counts.append(catalogue.count(p=8))
+        with other:
+            other.execute("DELETE FROM fill WHERE p = 8")
+        assert [fill.p for fill in catalogue.fills()] == [2, 3, 4, 5, 6, 7]
+    delete(filled, 1.6, [(8, 8)])
+    assert [*counts, catalogue.count(p=8)] == [2096, 2096, 0]
 
 
 def test_a_handle_follows_its_path(filled, cli):

@@ -72,7 +72,7 @@ def test_ctrl_c_ends_a_fill_at_any_moment(tmp_path, turn):
 
 _LATE = """
 import sys, time
-if "spawn_main" in " ".join(sys.orig_argv):
+if "filling.workers" in " ".join(sys.orig_argv):
     time.sleep(2)
 """
 

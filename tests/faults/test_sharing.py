@@ -13,10 +13,10 @@ from contents import ask, content, is_sound
 from processes import run, run_several, small_blocks, start, wait_until_ready
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.filling.resuming import OvertakenError
 from orbitdb.store import connection as connections
+from orbitdb.store.cursors import OvertakenError
 from orbitdb.store.file import check_file
-from orbitdb.store.schema import SCHEMA_VERSION
+from orbitdb.store.tables import SCHEMA_VERSION
 from orbitdb.store.writing import Writer
 
 pytestmark = pytest.mark.skipif(
@@ -97,7 +97,7 @@ def test_changing_the_journal_mode_waits_for_a_lock(filled, monkeypatch):
         monkeypatch.setattr(connections, "BUSY_TIMEOUT", 0.5)
         writer = Writer(filled, {"command": "test"})
         with writer.writing() as connection:
-            assert connection.scalar("PRAGMA journal_mode") == "wal"
+            assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
         writer.close()
     assert len(waits) == 1
 

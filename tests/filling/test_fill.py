@@ -59,7 +59,7 @@ def test_a_period_that_lost_words_is_not_marked_complete(tmp_path):
     assert not Catalogue(path).fills(a=1.6)[0].whole
 
 
-def test_others_may_write_while_a_period_is_counted(tmp_path, monkeypatch):
+def test_others_may_write_while_a_period_is_counted(tmp_path):
     """At p = 15, counting takes seconds."""
     path, tried = tmp_path / "orbits.db", []
 
@@ -69,8 +69,8 @@ def test_others_may_write_while_a_period_is_counted(tmp_path, monkeypatch):
                 other.execute("BEGIN IMMEDIATE")
             tried.append(statement)
 
-    before_statements(monkeypatch, look)
-    fill(path, periods=[3, 4])
+    with before_statements(look):
+        fill(path, periods=[3, 4])
     assert len(tried) == 2
 
 

@@ -2,15 +2,16 @@
 
 from contextlib import closing
 from dataclasses import replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 from time import monotonic, thread_time
 from typing import Any
 
 import numpy as np
 import pytest
-from contents import alter, answer, ask, before_statements
+from contents import alter, answer, ask
 from quick import slow_but
+from sqlalchemy import Connection, Engine, event
 from there import there
 
 from orbitdb.answers.whole_periods import read_whole, sum_rules_of
@@ -101,17 +102,21 @@ def test_an_unfinished_sweep_has_no_sums_and_is_not_counted(tmp_path):
         assert (known.highest, known.swept, known.cycles().tolist()) == (0, {}, [0])
 
 
-def test_a_period_closed_first_by_another_process_keeps_its_sums(tmp_path, monkeypatch):
+def test_a_period_closed_first_by_another_process_keeps_its_sums(tmp_path):
     path = tmp_path / "orbits.db"
     migrate(path)
     others = iter([HERE])
 
-    def close_first(statement: str) -> None:
-        if "BEGIN" in statement and ask(path, "SELECT 1 FROM sweep_block") and (other := next(others, None)):
+    def close_first(_connection: Connection) -> None:
+        if ask(path, "SELECT 1 FROM sweep_block") and (other := next(others, None)):
             swept(path, periods=[5], workers=other)
 
-    before_statements(monkeypatch, close_first)
-    assert found(path, periods=[5]) == found(tmp_path / "alone.db", periods=[5])
+    event.listen(Engine, "begin", close_first, insert=True)
+    try:
+        own = found(path, periods=[5])
+    finally:
+        event.remove(Engine, "begin", close_first)
+    assert own == found(tmp_path / "alone.db", periods=[5])
 
 
 @pytest.mark.usefixtures("small_sweeps")
@@ -160,13 +165,31 @@ def test_sums_do_not_depend_on_the_number_of_processes(tmp_path):
         assert found(tmp_path / "shared.db", workers=workers) == alone
 
 
-@pytest.mark.usefixtures("small_sweeps")
-def test_blocks_are_cut_in_the_same_way_from_any_start():
-    blocks = list(class_spans(9, sweeps.CLASSES))
-    assert len(blocks) > 20
+@pytest.mark.parametrize(("p", "size"), [(9, 8), (9, 57), (11, 300), (14, sweeps.CLASSES)])
+def test_blocks_are_cut_in_the_same_way_from_any_start(p, size):
+    blocks = list(class_spans(p, size))
+    assert len(blocks) > 5
     assert all(one.upto == other.after for one, other in pairwise(blocks))
-    for number in (1, len(blocks) // 2, len(blocks) - 1):
-        assert list(class_spans(9, sweeps.CLASSES, blocks[number].after)) == blocks[number:]
+    for number, block in enumerate(blocks):
+        assert list(class_spans(p, size, block.after)) == blocks[number:]
+        within = (block.after + block.upto) // 2  # where blocks of another size may have ended
+        assert list(class_spans(p, size, within)) == [block._replace(after=within), *blocks[number + 1 :]]
+    assert list(class_spans(p, size, block.upto)) == [block._replace(after=block.upto)]
+
+
+def test_an_interrupted_sweep_has_the_bits_of_an_undisturbed_one(tmp_path, monkeypatch):
+    """The sweep is stopped after each of its blocks in turn, and after every block."""
+    monkeypatch.setattr(sweeps, "CLASSES", 40)
+    whole = found(tmp_path / "whole.db", periods=[8])
+    blocks = len(list(class_spans(8, 40)))
+    for cuts in [[1] * blocks, *([block] for block in range(1, blocks))]:
+        path = tmp_path / f"{cuts}.db"
+        migrate(path)
+        for block in cuts:
+            going = sweep_periods(path, 1.6, [8])
+            list(islice(going, block))
+            going.close()
+        assert found(path, periods=[8]) == whole
 
 
 def test_a_sweep_that_lost_words_is_refused(tmp_path, monkeypatch):

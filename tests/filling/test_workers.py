@@ -11,7 +11,7 @@ from typing import Any, Self
 import pytest
 from contents import rows
 from processes import run, workers_of
-from workforce import Deadly, Failing, filled_by, later
+from workforce import Deadly, Failing, filled_by, killed_while_sending, later
 
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
@@ -88,21 +88,46 @@ def test_a_dead_worker_ends_the_work_with_one_line():
     assert not workers_of(os.getpid())
 
 
-class Last:
-    """A result whose process dies before it is sent completely."""
-
-    def __reduce__(self) -> str:
-        os.kill(os.getpid(), signal.SIGKILL)
-        raise AssertionError
-
-
-def test_a_worker_killed_while_it_sends_a_result_ends_the_work():
+@pytest.mark.parametrize("part", [0, 1e-5, 0.5, 0.999999])
+def test_a_worker_killed_while_it_sends_a_result_ends_the_work(part):
     with Processes(2) as workers:
-        blocks: list[Task[Any]] = [partial(int, 5), partial(Last)]
+        blocks: list[Task[Any]] = [partial(int, 5), partial(killed_while_sending, part)]
         going = workers.solved(blocks)
         assert next(going) == 5
         with pytest.raises(WorkError, match="a worker process died"):
             next(going)
+        with pytest.raises(WorkError, match="a worker process died"):
+            list(workers.solved([partial(int, 5)] * 3))
+
+
+def test_what_a_block_prints_does_not_reach_the_result(capfd):
+    with Processes(1) as workers:
+        blocks: list[Task[Any]] = [partial(print, "printed"), partial(int, 7)]
+        assert list(workers.solved(blocks)) == [None, 7]
+    assert capfd.readouterr() == ("", "printed\n")
+
+
+def test_a_result_that_cannot_be_sent_is_an_error_of_its_block_alone():
+    with Processes(1) as workers:
+        with pytest.raises(TypeError, match="cannot pickle"):
+            list(workers.solved([threading.Lock]))
+        assert list(workers.solved([partial(int, 7)])) == [7]
+
+
+@pytest.mark.parametrize("program", ["/nowhere/python", "/bin/false"])
+def test_processes_that_cannot_start_are_reported_in_one_line(monkeypatch, program):
+    monkeypatch.setattr(sys, "executable", program)
+    with pytest.raises(WorkError, match=r"a worker process (cannot start \(No such file|died)") as raised:  # noqa: SIM117
+        with Processes(2) as workers:
+            list(workers.solved([partial(int, 3)]))
+    assert "\n" not in str(raised.value)
+
+
+def test_a_file_in_the_working_folder_does_not_replace_a_module(tmp_path, monkeypatch):
+    (tmp_path / "pickle.py").write_text("raise SystemExit('the wrong module')")
+    monkeypatch.chdir(tmp_path)
+    with Processes(1) as workers:
+        assert list(workers.solved([partial(int, 7)])) == [7]
 
 
 @pytest.mark.slow
@@ -154,12 +179,12 @@ def test_an_error_before_the_first_block_is_raised_unchanged():
 
 
 @pytest.mark.slow
-def test_an_error_in_a_block_is_raised_with_its_remote_traceback():
+def test_an_error_in_a_block_is_raised_with_the_traceback_of_the_worker():
     with Processes(2) as workers:
         for _ in range(3):
             with pytest.raises(ZeroDivisionError, match="by nothing") as raised:
                 list(workers.solved([Failing()]))
-            assert "in __call__" in str(raised.value.__cause__)
+            assert "in __call__" in raised.value.__notes__[0]
         assert len(list(workers.solved(cut_into_blocks(1.6, "newton", 4)))) > 0
         blocks: list[Task[None]] = [Failing(), *[partial(time.sleep, 20)] * 9]
         with pytest.raises(ZeroDivisionError):

@@ -8,10 +8,9 @@ import pytest
 from contents import made
 
 from orbitdb import Catalogue, Stadium
-from orbitdb.cli.figures import averages, orbits
 from orbitdb.entropy.bounds import search
 from orbitdb.filling.fill import fill_births
-from orbitdb.plots import style
+from orbitdb.plots import over_a, style
 from orbitdb.store.writing import Writer, add_reference, keep_bounds
 from orbitdb.trajectories.ensemble import Reference
 
@@ -49,6 +48,5 @@ def ax():
 @pytest.fixture
 def few_places(monkeypatch) -> None:
     """Draw curves over a with only a few points, because each point takes as long as an orbit."""
-    monkeypatch.setattr(orbits, "PLACES", 12)
-    monkeypatch.setattr(averages, "PLACES", 12)
-    monkeypatch.setattr(averages, "PLACES_OF_BOUNDS", 12)
+    monkeypatch.setattr(over_a, "PLACES", 12)
+    monkeypatch.setattr(over_a, "PLACES_OF_BOUNDS", 12)

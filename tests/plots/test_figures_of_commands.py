@@ -24,13 +24,12 @@ from orbitdb.answers.levels import orbits_for, read_orbits
 from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
-from orbitdb.cli.advice import remember
-from orbitdb.cli.commands.bench import draw_work_precision
-from orbitdb.cli.figures import averages, levels, orbits
-from orbitdb.cli.given_levels import GivenLevels
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
+from orbitdb.plots import levels
+from orbitdb.plots.registry import figure_of, load_function
+from orbitdb.plots.work_precision import work_precision
 from orbitdb.quantum.length_spectrum import Spectrum
 from orbitdb.quantum.trace_formula import family_count
 from orbitdb.quantum.weyl import weyl
@@ -41,10 +40,8 @@ WHOLE = Selection(1.6, periods=((2, 5),))
 
 def draw(kind: str, catalogue: Any, chosen: Any, limit: int) -> Any:
     """Draw a figure of a subset; `limit` is the number of orbits on a sheet."""
-    remember(())  # the options of a command that another test ran in this process
     more = {"limit": limit} if kind == "sheet" else {}
-    module = averages if kind in ("entropy", "lyapunov") else orbits
-    return answer(catalogue.path, getattr(module, f"draw_{kind.replace('-', '_')}"), chosen, **more)
+    return load_function(figure_of(kind).whole)(catalogue, chosen, **more)
 
 
 LONG = "time_reversal = 'self' and class_size > 0 and margin > 1e-9 and lambda_c < 99"
@@ -64,7 +61,7 @@ def test_titles_fit_into_their_figures(known, kind, where):
     assert made.get_suptitle().endswith("...") == (where is not None and len(where) > 100)
 
 
-def test_the_figure_of_entropy_shows_whole_periods_and_proved_bounds(known, capsys):
+def test_the_figure_of_entropy_shows_whole_periods_and_proved_bounds(known):
     made = draw("entropy", known, WHOLE, 0)
     (ax,) = made.axes
     found = entropy(known.classes(a=1.6, p="2-5"), 5)
@@ -80,20 +77,22 @@ def test_the_figure_of_entropy_shows_whole_periods_and_proved_bounds(known, caps
     proved, _ = answer(known.path, enclosure, 1.6)
     assert (band.get_y(), band.get_height()) == pytest.approx((proved.lower, proved.upper - proved.lower))
     assert made.get_suptitle() == "words of period 2 to 5 at a = 1.6"
-    by_period(ax, "topological entropy (per bounce)")
+    by_period(ax, "topological entropy\n(per bounce)")
     inside = [*k_0[1:], *found.h_zeta[2:], proved.lower, proved.upper]
     room = 0.12 * (max(inside) - min(inside))
     assert ax.get_ylim() == pytest.approx((min(inside) - room, max(inside) + room))
     assert ax.get_xlim() == (1.3, 5.5)
-    assert texts(ax) == {f"↓ {k_0[0]:.4f}": pytest.approx((2, min(inside) - room))}  # what is below the axis
+    caret = ax.lines[-1]  # what is below the axis
+    assert caret.get_xydata().tolist() == [[2, pytest.approx(min(inside) - room)]]
+    assert k_0[0] < ax.get_ylim()[0]
     assert "$h(p)$" in [text.get_text()[:6] for text in made.legends[0].get_texts()]
-    assert capsys.readouterr().err == "h_zeta lies outside the proved bounds at periods 2-5\n"
+    assert made.notes == ("h_zeta lies outside the proved bounds at periods 2-5",)
     upper = draw("entropy", known, Selection(1.6, periods=((3, 5),)), 0)
     p, higher = named(upper.axes[0], "$K_0")
     assert (p.tolist(), higher.tolist()) == ([3, 4, 5], k_0[1:].tolist())
 
 
-def test_the_figure_of_exponents_shows_every_method(known, capsys):
+def test_the_figure_of_exponents_shows_every_method(known):
     made = draw("lyapunov", known, Selection(1.6, periods=((2, 6),)), 0)
     subset = known.classes(a=1.6, p="2-6")
     found = lyapunov(subset, 6)
@@ -118,15 +117,38 @@ def test_the_figure_of_exponents_shows_every_method(known, capsys):
     assert [text.get_text() for text in made.legends[0].get_texts()] == legend(made.axes[1])
     assert made.get_suptitle() == "words of period 2 to 6 at a = 1.6"
     assert made.axes[0].get_xlabel() == ""
-    assert capsys.readouterr().err == ""
+    assert made.notes == ()
+    assert_later_periods_fill(made.axes)
     bare = draw("lyapunov", known, Selection(1.0, periods=((3, 4),)), 0)
-    assert [str(each.get_label())[:4] for each in bare.axes[1].get_lines()] == [
+    curves = [each for each in bare.axes[1].get_lines() if not str(each.get_label()).startswith("_")]
+    assert [str(each.get_label())[:4] for each in curves] == [
         "aver",
         "mean",
         "zeta",
         "sum ",
     ]
-    assert "'orbitdb simulate --a 1'" in capsys.readouterr().err
+    assert any("'orbitdb simulate --a 1'" in line for line in bare.notes)
+
+
+def assert_later_periods_fill(axes: Any) -> None:
+    """Check that the later half of the periods fills the axes, and that carets mark earlier points beyond."""
+    for ax in axes:
+        low, high = ax.get_ylim()
+        curves = [each for each in ax.lines if not str(each.get_label()).startswith("_")]
+        values = [np.asarray(each.get_ydata(), float) for each in curves]
+        later = np.concatenate([each[len(each) // 2 :] for each in values])
+        later = later[np.isfinite(later)]
+        assert (later.min() - low, high - later.max()) == pytest.approx([0.12 * np.ptp(later)] * 2)
+        carets = [each for each in ax.lines if str(each.get_label()).startswith("_")]
+        marked = sorted(point for each in carets for point in each.get_xydata().tolist())
+        beyond = [
+            (p, value)
+            for each, of in zip(curves, values, strict=True)
+            for p, value in zip(each.get_xdata(), of, strict=True)
+            if value > high or value < low
+        ]
+        assert [p for p, _ in marked] == sorted(p for p, _ in beyond)
+        assert {edge for _, edge in marked} <= {low, high}
 
 
 def test_a_sheet_leaves_out_words_that_are_not_orbits(known):
@@ -140,13 +162,13 @@ def test_a_sheet_leaves_out_words_that_are_not_orbits(known):
 
 
 LIMITS = [
-    (3, "3 of 8 classes are drawn; --limit 8 draws them all\n"),
-    pytest.param(8, "", marks=pytest.mark.slow),
+    (3, ["3 of 8 classes are drawn; --limit 8 draws them all"]),
+    pytest.param(8, [], marks=pytest.mark.slow),
 ]
 
 
 @pytest.mark.parametrize(("limit", "told"), LIMITS)
-def test_a_sheet_shows_every_class_up_to_its_limit(known, capsys, limit, told):
+def test_a_sheet_shows_every_class_up_to_its_limit(known, limit, told):
     chosen = Selection(1.6, periods=((4, 4),), statuses=(Status.ORBIT,))
     made = draw("sheet", known, chosen, limit)
     (ax,) = made.axes
@@ -165,7 +187,7 @@ def test_a_sheet_shows_every_class_up_to_its_limit(known, capsys, limit, told):
     np.testing.assert_allclose(ax.lines[0].get_xydata(), np.concatenate([path[:-1] for path in drawn]))
     title = "Classes of orbits of period 4 at a = 1.6"
     assert made.get_suptitle().replace("\n", " ") == title
-    assert capsys.readouterr().err == told
+    assert [*made.notes] == told
     assert (ax.get_aspect(), ax.axison) == (1, False)
     across, down = ({round(middle[k], 6) for middle in middles} for k in (0, 1))
     assert (len(across), len(down)) == ((2, 4) if limit == 8 else (2, 2))
@@ -176,9 +198,10 @@ def test_a_sheet_shows_every_class_up_to_its_limit(known, capsys, limit, told):
 def test_the_figure_of_phase_space_shows_every_bounce(known):
     chosen = Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,))
     made = draw("phase-space", known, chosen, 0)
-    ax, bar = made.axes
+    (ax,) = made.axes
+    (bar,) = ax.child_axes
     subset = known.select(chosen, coordinates=True)
-    orbits = [solve_word(word, 1.6) for word in subset.codes.tolist()]
+    orbits = [solve_word(word, 1.6) for word in subset.code.tolist()]
     places = [birkhoff(Stadium(1.6), from_strings([o.code]), there(o.coordinates)[None]) for o in orbits]
     expected = np.concatenate([np.column_stack([each.ravel() for each in place]) for place in places])
     (dots,) = ax.collections
@@ -201,10 +224,11 @@ def test_the_figure_of_lengths_claims_no_more_than_is_proved(known):
 
 def test_the_figure_of_lengths_shows_every_orbit_and_where_it_is_complete(known):
     made = draw("lengths", known, Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,)), 0)
-    above, below, bar = made.axes
+    above, below = made.axes
+    (bar,) = below.child_axes
     steps, end = above.get_lines()
     lengths = sorted(
-        there(solve_word(w, 1.6).length) for w in known.select(a=1.6, p="2-4", status="orbit").codes
+        there(solve_word(w, 1.6).length) for w in known.select(a=1.6, p="2-4", status="orbit").code
     )
     assert steps.get_ydata()[-1] == len(lengths) == 41
     assert (steps.get_xdata()[0], steps.get_xdata()[-1]) == pytest.approx((lengths[0], lengths[-1]))
@@ -223,7 +247,7 @@ def test_the_figure_of_lengths_shows_every_orbit_and_where_it_is_complete(known)
     np.testing.assert_allclose(mesh.get_coordinates()[0, :, 0], edges)
     np.testing.assert_array_equal(mesh.get_coordinates()[:, 0, 1], [1.5, 2.5, 3.5, 4.5])
     for p, row in zip((2, 3, 4), mesh.get_array(), strict=True):
-        codes = known.select(a=1.6, p=p, status="orbit").codes
+        codes = known.select(a=1.6, p=p, status="orbit").code
         bins = Counter(bisect_right(edges, there(solve_word(word, 1.6).length)) - 1 for word in codes)
         assert row.filled(0) * (edges[1] - edges[0]) == pytest.approx([bins[k] for k in range(120)])
         assert row.mask.tolist() == [not bins[k] for k in range(120)]
@@ -235,39 +259,32 @@ def test_the_figure_of_lengths_shows_every_orbit_and_where_it_is_complete(known)
 
 
 @pytest.mark.parametrize("kind", slow_but(["lengths"], ["lengths", "phase-space", "sheet"]))
-def test_figures_report_missing_periods(known, capsys, kind):
-    draw(kind, known, Selection(1.6, periods=((2, 2), (7, 7)), statuses=(Status.ORBIT,)), 9)
-    assert capsys.readouterr().err.startswith(
-        "period 7 is not filled at a = 1.6 (filled: periods 2-6; some at"
-    )
+def test_figures_report_missing_periods(known, kind):
+    made = draw(kind, known, Selection(1.6, periods=((2, 2), (7, 7)), statuses=(Status.ORBIT,)), 9)
+    assert made.notes[0].startswith("period 7 is not filled at a = 1.6 (filled: periods 2-6; some at")
 
 
 @pytest.mark.slow
-def test_the_figures_of_levels_show_levels_orbits_and_weyls_law(known, tmp_path, capsys):
+def test_the_figures_of_levels_show_levels_and_orbits(known, tmp_path):
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
     with pytest.raises(InputError, match=r"no levels are stored .* --k 0:30 --a 1\.6' finds"):
-        answer(path, levels.draw_levels, chosen, GivenLevels())
+        levels.staircase(catalogue, chosen)
     k = sorted(chain(*keep_made_levels(path).values()))
-    made: Any = answer(path, levels.draw_levels, chosen, GivenLevels())
-    above, below = made.axes
-    assert named(above, "levels")[0].tolist() == [0, *k]
-    at, rest = named(below, "levels minus")
+    made: Any = levels.staircase(catalogue, chosen)
+    (ax,) = made.axes
+    at, rest = named(ax, "levels")
     assert 0 < at[0] < 0.1
     assert 8.9 < at[-1] <= 9
     np.testing.assert_allclose(rest, np.searchsorted(k, at) - weyl(stadium, None)(at))
-    np.testing.assert_allclose(named(above, "Weyl")[1], weyl(stadium, None)(at))
     classes, _ = answer(path, read_orbits, chosen)
     orbits = orbits_for(stadium, classes, None, np.array([9.0])).at(at)[0]
-    np.testing.assert_allclose(named(above, "orbits")[1], orbits)
-    np.testing.assert_allclose(named(below, "orbits, $X = 10$, minus")[1], orbits - weyl(stadium, None)(at))
-    np.testing.assert_allclose(named(below, "bouncing balls")[1], family_count(stadium, at, 12.0))
+    np.testing.assert_allclose(named(ax, "orbits, $X = 10$")[1], orbits - weyl(stadium, None)(at))
+    np.testing.assert_allclose(named(ax, "bouncing balls")[1], family_count(stadium, at, 12.0))
     assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, all parities, k below 9"
-    assert legend(above) == ["levels", "orbits, $X = 10$", "Weyl's law"]
-    assert above.get_lines()[0].get_drawstyle() == "steps-post"
-    says(above, "", "levels below $k$")
-    says(below, "$kR$", "fluctuation")
-    spectrum = answer(path, levels.draw_length_spectrum, chosen, GivenLevels())
+    assert legend(ax) == ["levels", "orbits, $X = 10$", "bouncing balls alone"]
+    says(ax, "$kR$", "levels below $k$\nminus Weyl's law")
+    spectrum: Any = levels.spectrum(catalogue, chosen)
     found = catalogue.spectrum(points=1000)
     for label, values in (("levels", np.abs(there(found.quantum))), ("orbits", -np.abs(found.orbits))):
         lengths, drawn = named(spectrum.axes[0], label)
@@ -276,7 +293,7 @@ def test_the_figures_of_levels_show_levels_orbits_and_weyls_law(known, tmp_path,
     drawn_beside(spectrum.axes[0], found, 1)
     assert {text.get_text() for text in spectrum.axes[0].texts} == {peak.code for peak in found.peaks(1)}
     assert spectrum.get_suptitle() == "length spectrum at a = 1.6, all parities, k below 9"
-    assert capsys.readouterr().err.splitlines() == found.notes()
+    assert [*spectrum.notes] == found.notes()
 
 
 def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
@@ -296,7 +313,7 @@ def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
 
 
 def test_the_length_spectrum_can_be_drawn_without_levels(known):
-    made: Any = answer(known.path, levels.draw_length_spectrum, Selection(1.6), GivenLevels())
+    made: Any = levels.spectrum(known, Selection(1.6))
     drawn_beside(made.axes[0], known.spectrum((1.0, 12.0), points=1000), -1)
 
 
@@ -307,7 +324,7 @@ def test_the_figure_of_methods_shows_run_time_against_error(rng):
         for method in methods
         for error, seconds in rng.uniform(1e-16, 1e-3, (3, 2)).tolist()
     ]
-    made = draw_work_precision(rows, "p = 4")
+    made = work_precision(rows, "p = 4")
     (ax,) = made.axes
     assert ax.get_title() == "run time against error, p = 4"
     assert len(made.legends[0].get_texts()) == 4

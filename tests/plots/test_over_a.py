@@ -1,25 +1,27 @@
 """Figures over a: births, lives and entropy, as commands draw them."""
 
 import math
+import re
 import shutil
 from bisect import bisect_right
 from collections import Counter
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from contents import alter, answer
+from contents import alter
 from figures import heights, legend, named, paths_of, says
 from matplotlib.colors import to_hex
 from there import there
 
 from orbitdb import Catalogue, Selection, solve_word
 from orbitdb.averages.by_period import entropy_of_counts
-from orbitdb.cli.figures import averages, orbits
 from orbitdb.entropy.windows import geometric_entropy
 from orbitdb.errors import InputError
+from orbitdb.plots import over_a
 from orbitdb.plots.style import BLUE, ORANGE
 from orbitdb.store.lookup import with_existence
 
@@ -46,7 +48,7 @@ def test_the_figure_of_births_counts_births_and_deaths(known, tmp_path):
         " SELECT cycle, number + 1, 1.4 * a, error, 'died', run FROM change WHERE a > 0 AND cycle % 3 = 0",
     )
     mortal = Catalogue(path)
-    made: Any = answer(path, averages.draw_births, Selection(1.6))
+    made: Any = over_a.births(mortal, Selection(1.6))
     shares, entropies, changes = made.axes
     ends = {p: [e for life in mortal.births(p) for e in (life.born, life.dies) if e] for p in (5, 6)}
     assert all(any(life.dies for life in mortal.births(p)) for p in (5, 6))
@@ -55,7 +57,7 @@ def test_the_figure_of_births_counts_births_and_deaths(known, tmp_path):
         in_the_end = orbits_at(mortal, p, 1e9)
         assert drawn == pytest.approx([orbits_at(mortal, p, at) / in_the_end for at in a])
         assert (a[0], a[-1]) == pytest.approx((0.02, 1.5 * max(chain(*ends.values()))))
-        _, h = named(entropies, f"$h({p}; a)$")
+        _, h = np.array(entropies.lines[k].get_data())
         at = next(k for k, each in enumerate(a) if each > 1)
         assert h[at] == pytest.approx(entropy_at(mortal, p, a[at]))
         share, edges, _ = changes.patches[k].get_data()
@@ -64,21 +66,22 @@ def test_the_figure_of_births_counts_births_and_deaths(known, tmp_path):
         assert share == pytest.approx([bins[k] / len(ends[p]) for k in range(60)])
     assert entropies.get_lines()[-1].get_ydata() == pytest.approx([geometric_entropy()] * 2, abs=1e-6)
     periods = ["$p = 5$", "$p = 6$"]
-    assert legend(shares) == [each.get_label() for each in changes.patches] == periods
-    assert legend(entropies) == ["$h(5; a)$", "$h(6; a)$", "bound at every $a$"]
-    labels = r"$N_c(p; a)\,/\,N_t(p)$", "topological entropy", "share of births and deaths"
+    assert legend(shares) == periods
+    assert [text.get_text() for text in made.legends[0].get_texts()] == [*periods, "upper bound at every $a$"]
+    colours = [to_hex(each.get_color()) for each in shares.lines]
+    assert colours == [to_hex(each.get_color()) for each in entropies.lines[:2]]
+    assert colours == [to_hex(each.get_edgecolor()) for each in changes.patches]
+    labels = r"$N_c(p; a)\,/\,N_t(p)$", "entropy $h(p; a)$", "share of births\nand deaths"
     for ax, label in zip(made.axes, labels, strict=True):
         assert (ax.get_xscale(), ax.get_xlim(), ax.get_ylabel()) == ("log", (a[0], a[-1]), label)
-        assert [text.get_text() for text in ax.get_legend().get_texts()][:1] == [
-            "$h(5; a)$" if ax is entropies else "$p = 5$"
-        ]
-    assert (shares.get_ylim(), changes.get_xlabel(), made.legends) == ((0, 1.03), "$a$", [])
+    assert (shares.get_ylim(), changes.get_xlabel()) == ((0, 1.03), "half length $a/R$")
+    assert shares.get_xlabel() == ""
 
 
 def test_periods_without_births_are_refused(known):
     """Words of fewer than five bounces are orbits at every a or at no a."""
     with pytest.raises(InputError, match="no births to draw: 'orbitdb births --p 11' finds them"):
-        answer(known.path, averages.draw_births, Selection(1.6, periods=((2, 4),)))
+        over_a.births(known, Selection(1.6, periods=((2, 4),)))
 
 
 @pytest.mark.usefixtures("few_places")
@@ -87,7 +90,7 @@ def test_the_figure_of_a_life_follows_an_orbit_over_a(word):
     orbit = with_existence(solve_word(word, 1.6))
     exists = there(orbit.exists)
     ends = [end for life in exists for end in life if end]
-    made: Any = orbits.draw_life(orbit)
+    made: Any = over_a.life(orbit)
     path, length, exponent = made.axes
     start = ends[0] if ends else 1.6
     title = f"{word} {'is born' if ends else 'exists'} at $a = {start:.6g}$"
@@ -95,7 +98,7 @@ def test_the_figure_of_a_life_follows_an_orbit_over_a(word):
     ((points, _),) = paths_of(path, len(word))
     np.testing.assert_allclose(points, there(solve_word(word, start * (1 + 1e-9)).points), atol=1e-6)
     for ax, name, colour, label in (
-        (length, "length", BLUE, "length $L$"),
+        (length, "length", BLUE, "length $L/R$"),
         (exponent, "lyapunov", ORANGE, r"$\lambda$"),
     ):
         curve, *marks = ax.get_lines()
@@ -111,42 +114,45 @@ def test_the_figure_of_a_life_follows_an_orbit_over_a(word):
         assert values[k] == pytest.approx(getattr(solve_word(word, float(a[k])), name))
         assert all(np.abs(a / end - 1).min() < 1e-8 for end in ends)
         assert (ax.get_xscale(), ax.get_xlim()) == ("log", (a[0], a[-1]))
-    assert exponent.get_xlabel() == "$a$"
+    assert exponent.get_xlabel() == "half length $a/R$"
 
 
 @pytest.mark.usefixtures("few_places")
 def test_the_title_of_a_life_abbreviates_a_long_word():
     orbit = solve_word("1^20 (02)^5 3", 200)
-    title = orbits.draw_life(with_existence(orbit)).axes[0].get_title()
+    title = over_a.life(with_existence(orbit)).axes[0].get_title()
     assert title == "1^20 (02)^5 3 is born at $a = 129.651$"
 
 
 @pytest.mark.usefixtures("few_places")
 def test_the_figure_of_entropy_over_a_shows_bounds_and_births(known):
-    made: Any = answer(known.path, averages.draw_over_a, Selection(1.6))
+    made: Any = over_a.entropy_over_a(known, Selection(1.6))
     (ax,) = made.axes
     curve = known.entropy_curve()
-    ((_, _, (bars,)),) = ax.containers
-    drawn = [(x, *sorted((low, high))) for (x, low), (_, high) in bars.get_segments()]
-    assert drawn == [pytest.approx((each.a, each.lower, each.upper)) for each in curve]
-    assert heights(ax.collections[0]) == {round(end, 9) for each in curve for end in (each.lower, each.upper)}
-    told = [
-        "$h(6; a)$, from births",
-        "between the bounds (not proved)",
-        "bound at every $a$",
-        "proved bounds",
+    drawn = [
+        (x, *sorted((low, high)))
+        for _, _, (bars,) in ax.containers
+        for (x, low), (_, high) in bars.get_segments()
     ]
-    assert sorted(legend(ax)) == sorted(text.get_text() for text in made.legends[0].get_texts()) == told
-    lowest = min(min(each.lower for each in curve), geometric_entropy() - 0.1)
-    assert ax.get_ylim() == pytest.approx((lowest - 0.02, geometric_entropy() + 0.02))
+    assert drawn == [pytest.approx((each.a, each.lower, each.upper)) for each in curve]
+    named_bounds = [each for each in legend(ax) if each.startswith("proved")]
+    for text, each in zip(named_bounds, curve, strict=True):
+        a, lower, upper = map(float, re.findall(r"[\d.]+", text))
+        assert (a, lower, upper) == pytest.approx((each.a, each.lower, each.upper), abs=1e-5)
+        assert lower <= each.lower < each.upper <= upper  # still a bound
+    told = ["$h(6; a)$, from births (not proved)", "upper bound at every $a$", *named_bounds]
+    assert (
+        sorted(legend(ax)) == sorted(text.get_text() for text in made.legends[0].get_texts()) == sorted(told)
+    )
     assert ax.get_xscale() == "log"
-    says(ax, "$a$", "topological entropy (per bounce)")
+    says(ax, "half length $a/R$", "topological entropy\n(per bounce)")
     a, h = named(ax, "$h(6; a)$")
-    assert (a[0], a[-1]) == pytest.approx((1.6 / 1.1, 3.0 * 1.1))
+    assert (a[0], a[-1]) == pytest.approx(ax.get_xlim())
+    assert a[0] < 1.6 < 3.0 < a[-1]
     here = known.entropy_curve()[0].a
     k = int(np.argmin(np.abs(np.log(a / here))))
     assert h[k] == pytest.approx(entropy_at(known, 6, a[k]))
-    assert named(ax, "bound at every")[1] == pytest.approx([geometric_entropy()] * 2)
+    assert named(ax, "upper bound")[1] == pytest.approx([geometric_entropy()] * 2)
 
 
 @pytest.mark.usefixtures("few_places")
@@ -154,6 +160,34 @@ def test_the_figure_of_entropy_over_a_shows_bounds_and_births(known):
 def test_the_entropy_over_a_ends_before_the_first_period_without_births(known, tmp_path, lost):
     path = Path(shutil.copy(known.path, tmp_path / "orbits.db"))
     alter(path, f"DELETE FROM birth_fill WHERE p = {lost}")
-    made: Any = answer(path, averages.draw_over_a, Selection(1.6))
+    made: Any = over_a.entropy_over_a(Catalogue(path), Selection(1.6))
     drawn = [str(each.get_label()) for each in made.axes[0].get_lines()]
-    assert [each for each in drawn if each[1] == "h"] == [f"$h({lost - 1}; a)$, from births"] * (lost > 2)
+    assert [each for each in drawn if each[1] == "h"] == [f"$h({lost - 1}; a)$, from births (not proved)"] * (
+        lost > 2
+    )
+
+
+@pytest.mark.usefixtures("few_places")
+def test_many_bounds_are_joined_by_a_band(known, ax):
+    curve = [
+        replace(bounds, a=bounds.a * factor) for factor in (0.5, 1, 2) for bounds in known.entropy_curve()
+    ]
+    curve.sort(key=lambda bounds: bounds.a)
+    over_a.draw_bounds(ax, curve)
+    ((_, _, (bars,)),) = ax.containers
+    drawn = [(x, *sorted((low, high))) for (x, low), (_, high) in bars.get_segments()]
+    assert drawn == [pytest.approx((each.a, each.lower, each.upper)) for each in curve]
+    band = next(each for each in ax.collections if each.get_label().startswith("between"))
+    assert heights(band) == {round(end, 9) for each in curve for end in (each.lower, each.upper)}
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.1, 5), (0.02, 150), (1e-4, 1e4), (1.4, 3.3), (1.55, 1.65)])
+def test_an_axis_over_a_has_a_few_plain_numbers(ax, low, high):
+    over_a.over_a(ax, low, high)
+    ax.figure.draw_without_rendering()
+    labels = [text.get_text() for text in ax.get_xticklabels()]
+    assert [float(text) for text in labels] == pytest.approx([*ax.get_xticks()])
+    assert 2 <= len(labels) <= 9
+    assert all(low <= tick <= high for tick in ax.get_xticks())
+    assert not [text.get_text() for text in ax.get_xticklabels(minor=True) if text.get_text()]
+    assert (ax.get_xlim(), ax.get_xlabel()) == ((low, high), "half length $a/R$")

@@ -13,21 +13,34 @@ from there import there
 
 from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.plots import paths, style
-from orbitdb.plots.svg import number_labels
+from orbitdb.plots.svg import symbol_labels
 
 WORDS = ["13", "1232131", "010232", "111333", "11133"]
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.mark.parametrize("word", WORDS)
-def test_every_bounce_is_numbered_once_outside_the_stadium(word):
+def test_every_bounce_carries_its_symbol_outside_the_stadium(word):
     orbit = solve_word(word, Stadium(1.6))
-    labels = number_labels(Stadium(1.6), there(orbit.points))
-    numbers = [int(n) for *_, text in labels for n in text.split(", ")]
-    assert sorted(numbers) == list(range(1, orbit.p + 1))
-    for place, outward, _ in labels:
+    points, labels = there(orbit.points), symbol_labels(Stadium(1.6), there(orbit.points), orbit.code)
+    places = np.array([place for place, *_ in labels])
+    for symbol, point in zip(orbit.code, points, strict=True):
+        nearest = np.hypot(*(places - point).T).argmin()
+        assert symbol in labels[nearest][2].split(", ")
+    for place, outward, text in labels:
         x, y = np.add(place, np.multiply(0.2, outward))
         assert np.hypot(x - np.clip(x, -1.6, 1.6), y) == pytest.approx(1.2)
+        sides = {"0": (0, -1), "2": (0, 1), "1": (-1, 0), "4": (-1, 0), "3": (1, 0), "5": (1, 0)}
+        for across, up in (sides[symbol] for symbol in text.split(", ")):
+            assert np.dot(outward, (across, up)) > 0  # the wall or semicircle that the symbol names
+
+
+def test_a_bounce_that_an_orbit_passes_both_ways_has_both_symbols():
+    """111333 turns round nowhere, 111232 retraces its run: each of the outer bounces is 1 and then 4."""
+    retraced = solve_word("0111044", 1.6)
+    assert retraced.points is None or "1, 4" in {
+        text for *_, text in symbol_labels(Stadium(1.6), retraced.points, retraced.code)
+    }
 
 
 @pytest.mark.parametrize(
@@ -37,7 +50,7 @@ def test_files_match_their_extensions_and_are_reproducible(tmp_path, ending, hea
     stadium, orbit = Stadium(1.2), solve_word("1232131", Stadium(1.2))
     for name in "ab":
         with style.figure(4, 3) as made:
-            paths.draw_orbit(made.add_subplot(), stadium, there(orbit.points))
+            paths.draw_orbit(made.add_subplot(), stadium, there(orbit.points), orbit.code)
         style.save(made, tmp_path / f"{name}.{ending}", ending, "an orbit")
     first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in "ab")
     assert first.startswith(head)
@@ -104,10 +117,10 @@ def test_orbits_and_subsets_can_be_drawn_into_axes(varied):
     pyplot.close("all")
     with pytest.raises(ValueError, match=r"1001 at .* cannot be drawn: geometrically pruned"):
         solve_word("1001", 1.6).plot()
-    with pytest.raises(ValueError, match="coordinates=True"):
-        Catalogue(varied).select(p=3).plot()
+    later = Catalogue(varied).select(p="2-4").plot("phase-space")  # without coordinates
+    assert np.array_equal(later.collections[0].get_offsets(), dots.get_offsets())
     kind: Any = "circle"
-    with pytest.raises(ValueError, match="'phase space', the 'lengths' or a 'sheet'"):
+    with pytest.raises(ValueError, match="'circle': use phase-space, lengths, sheet"):
         subset.plot(kind)
     with pytest.raises(ValueError, match="nothing to draw"):
         Catalogue(varied).select(p=3, status="geometric").plot("lengths")

@@ -10,7 +10,7 @@ from PIL import Image
 from there import there
 
 from orbitdb import Catalogue
-from orbitdb.plots.curves import times as times_of
+from orbitdb.plots.levels import times as times_of
 from orbitdb.quantum.length_spectrum import Peak
 
 matplotlib.use("agg")
@@ -82,7 +82,7 @@ def test_several_half_lengths_are_drawn_together(cli, varied, drawn, tmp_path):
         asked = ("plot", kind, "--a", "1", "--a", "1.6", "-o", str(tmp_path / "f.png"), "--force")
         assert cli(*asked, "--db", str(varied)).code == 0
         names = [text.get_text().split(":")[0] for text in drawn[-1].legends[0].get_texts()]
-        assert names == ["$a = 1$", "$a = 1.6$"]
+        assert [name for name in names if name.startswith("$a")] == ["$a = 1$", "$a = 1.6$"]
         assert drawn[-1].get_suptitle() == "orbits at a = 1, 1.6"
     refused = cli("plot", "phase-space", "--a", "all", "-o", str(tmp_path / "g.png"), "--db", str(varied))
     assert "plot phase-space draws one a" in refused.err
@@ -90,9 +90,9 @@ def test_several_half_lengths_are_drawn_together(cli, varied, drawn, tmp_path):
 
 def test_a_subset_can_be_drawn_as_a_sheet(filled):
     chosen = Catalogue(filled).select(p="2-3", status="orbit", coordinates=True)
-    assert labels(chosen.plot("sheet").figure) == chosen.codes.tolist()
+    assert labels(chosen.plot("sheet").figure) == chosen.code.tolist()
     later = Catalogue(filled).select(p="2-3", status="orbit").plot("sheet")
-    assert labels(later.figure) == chosen.codes.tolist()
+    assert labels(later.figure) == chosen.code.tolist()
 
 
 def test_a_grid_of_orbits_does_not_overlap(filled):

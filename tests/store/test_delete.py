@@ -79,6 +79,7 @@ def test_a_file_becomes_smaller(tmp_path):
     catalogue.fill("2-8")
     full = path.stat().st_size
     catalogue.delete(1.6)
+    catalogue.close()
     assert empty <= path.stat().st_size < (empty + full) / 2
     assert [part.name for part in tmp_path.iterdir()] == [path.name]
 

@@ -22,6 +22,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.main import execute
 from orbitdb.cli.tui.counts_screen import histogram, tally
 from orbitdb.store import where as limits
+from orbitdb.store.connection import driver_of
 from orbitdb.store.file import reading
 from orbitdb.store.query import COLUMNS, choose
 from orbitdb.store.selection import chosen_by
@@ -78,7 +79,7 @@ def test_arrays_agree_with_a_list(asked, criteria, order):
     catalogue, rows = asked
     subset = catalogue.select(chosen_by(**criteria), order=order, coordinates=True)
     wanted = expected(rows, criteria, order)
-    assert subset.codes.tolist() == [row["code"] for row in wanted]
+    assert subset.code.tolist() == [row["code"] for row in wanted]
     for name in ("length", "margin", "lambda_c", "born", "area", "area_error"):
         known = [math.nan if row[name] is None else row[name] for row in wanted]
         np.testing.assert_array_equal(getattr(subset, name), known, err_msg=name)
@@ -135,12 +136,18 @@ def test_histograms_agree_with_a_list(asked, criteria, column, bins):
 def options(criteria):
     """Return criteria as options of a command."""
     spans = {name: criteria[name] for name in model.RANGES if name in criteria}
-    texts = {name: ":".join("" if end is None else repr(end) for end in span) for name, span in spans.items()}
+    texts = {
+        name: str(span)
+        if isinstance(span, int)
+        else ":".join("" if end is None else repr(end) for end in span)
+        for name, span in spans.items()
+    }
     listed = [("--range", f"{name}={text}") for name, text in texts.items()]
     for name, option in (("exists", "--exists"), ("not_at", "--not-at")):
         listed += [(option, str(a)) for a in criteria.get(name, ())]
+    listed += [("--without", pattern) for pattern in criteria.get("without", ())]
     named = {"time_reversal": "--reversal"}
-    plain = set(criteria) - {*spans, "exists", "not_at"}
+    plain = set(criteria) - {*spans, "exists", "not_at", "without"}
     listed += [(named.get(name, f"--{name}"), str(criteria[name])) for name in sorted(plain)]
     return [text for pair in listed for text in pair]
 
@@ -226,7 +233,8 @@ def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, 
     with reading(filled_once) as moment:
         selection, looks = chosen_by(**criteria), itertools.count()
         size = len(choose(moment, selection))  # makes SQLite read the schema
-        whole = choose(moment, selection, order, cancelled=lambda: next(looks) < 0)
+        driver_of(moment).cancelled = lambda: next(looks) < 0
+        whole = choose(moment, selection, order)
         asked = next(looks)
         assert asked > 0
         assert len(whole) == size
@@ -234,7 +242,8 @@ def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, 
         for n in range(asked):
             looks_until = itertools.chain(itertools.repeat(False, n), itertools.repeat(True))
             try:
-                found = choose(moment, selection, order, cancelled=looks_until.__next__)
+                driver_of(moment).cancelled = looks_until.__next__
+                found = choose(moment, selection, order)
             except CancelledError:
                 ended += 1
             else:

@@ -1,15 +1,14 @@
 """Make and alter catalogues, and read their contents in forms that can be compared."""
 
 import sqlite3
-from collections.abc import Callable, Iterable
-from contextlib import closing
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
-import pytest
+from sqlalchemy import Connection, Engine, event
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
 from orbitdb.verification.checks import Check
@@ -50,15 +49,19 @@ def ask(path: Path, query: str) -> list[tuple[Any, ...]]:
         return plain.execute(query).fetchall()
 
 
-def before_statements(monkeypatch: pytest.MonkeyPatch, look: Callable[[str], object]) -> None:
+@contextmanager
+def before_statements(look: Callable[[str], object]) -> Iterator[None]:
     """Call a function before each statement that is no PRAGMA, with the statement; it may raise."""
 
-    def execute(connection: Connection, statement: str, *values: Any) -> sqlite3.Cursor:
+    def listen(_connection: Connection, _cursor: object, statement: str, *_others: object) -> None:
         if "PRAGMA" not in statement:
             look(statement)
-        return sqlite3.Connection.execute(connection, statement, *values)
 
-    monkeypatch.setattr(Connection, "execute", execute)
+    event.listen(Engine, "before_cursor_execute", listen)
+    try:
+        yield
+    finally:
+        event.remove(Engine, "before_cursor_execute", listen)
 
 
 def content(path: Path) -> dict[str, list[tuple[Any, ...]]]:

@@ -9,9 +9,14 @@ import pytest
 def slow_but(
     kept: int | Collection[Any], values: Iterable[Any], mark: pytest.MarkDecorator = pytest.mark.slow
 ) -> list[Any]:
-    """Return the values, or tuples of values; all are marked except those in `kept`, or the first `kept`."""
+    """Return the values, or tuples of values; all are marked except those in `kept`, or the first `kept`.
+
+    Raises `ValueError` if `kept` names a value that does not exist.
+    """
     every = list(values)
     some = every[:kept] if isinstance(kept, int) else kept
+    if unknown := [value for value in some if value not in every]:
+        raise ValueError(f"{unknown} cannot be kept: the values are {every}")
     parts = [(value, value if isinstance(value, tuple) else (value,)) for value in every]
     return [value if value in some else pytest.param(*several, marks=mark) for value, several in parts]
 

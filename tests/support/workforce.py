@@ -1,6 +1,8 @@
 """Fills by given workers, and blocks that kill their worker or fail."""
 
 import os
+import pickle
+import signal
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -32,6 +34,15 @@ class Failing:
 
     def __call__(self) -> None:
         raise ZeroDivisionError("by nothing\nat all")
+
+
+def killed_while_sending(part: float) -> None:
+    """A block whose process dies after it has sent part of a result of a megabyte."""
+    result = pickle.dumps((True, bytes(1 << 20)))
+    sent = result[: int(part * len(result))]
+    while sent:
+        sent = sent[os.write(1, sent) :]
+    os.kill(os.getpid(), signal.SIGKILL)
 
 
 def later(seconds: float, answer: int) -> int:

@@ -18,11 +18,11 @@ from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.orbits.solve import solve
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection, chosen_by
-from orbitdb.verification.births_sweeps_levels import check_births, check_sweeps, prove_lives, whole_births
-from orbitdb.verification.checks import Check
-from orbitdb.verification.verify import verify
+from orbitdb.verification.births_sweeps_levels import check_births, check_sweeps, lives, whole_births
+from orbitdb.verification.checks import Check, Scope
+from orbitdb.verification.verify import report, verify
 
-BOTH = [Selection(1.6), Selection(1.0)]
+BOTH = Selection(1.6), Selection(1.0)
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def swept(swept_once: Path, tmp_path: Path) -> Callable[..., list[Check]]:
         with closing(sqlite3.connect(path)) as plain, plain:
             plain.execute(f"UPDATE sweep SET {change} WHERE p = 5", values)
         with reading(path) as moment:
-            return list(check_sweeps(BOTH, moment))
+            return list(check_sweeps(Scope(moment, BOTH)))
 
     return found
 
@@ -124,7 +124,8 @@ def test_an_unfinished_period_does_not_hide_later_ones(begun, monkeypatch):
     alter(begun, "UPDATE fill SET state = 'filling', n_c = NULL")
     monkeypatch.setattr("orbitdb.verification.births_sweeps_levels.BLOCK", 12)
     with reading(begun) as moment:
-        steps = list(prove_lives(moment, whole_births(moment)))
+        scope = Scope(moment)
+        steps = [part.checked(scope) for part in lives(scope)]
         assert [(step.stage, step.done, step.total) for step in steps] == [
             ("missing births, p = 5", 12, 17),
             ("missing births, p = 5", 17, 17),
@@ -133,7 +134,7 @@ def test_an_unfinished_period_does_not_hide_later_ones(begun, monkeypatch):
             ("lives", 12, 0),
             ("lives", 5, 0),
         ]
-        (found,) = check_births([], moment)
+        (found,) = check_births(scope)
         assert (found.rows, found.failures) == (17, 0)
 
 
@@ -141,14 +142,14 @@ def test_only_births_of_chosen_periods_are_checked(begun):
     list(fill_births(begun, [6]))
     for chosen, expected in (
         ((), [5, 6]),
-        ([chosen_by(p=6)], [6]),
-        ([chosen_by(p=7), chosen_by(a=1, p="4-5")], [5]),
+        ((chosen_by(p=6),), [6]),
+        ((chosen_by(p=7), chosen_by(a=1, p="4-5")), [5]),
     ):
         with reading(begun) as moment:
-            assert [found.p for found in whole_births(moment, chosen)] == expected
+            assert [found.p for found in whole_births(Scope(moment, chosen))] == expected
     with reading(begun) as moment:
-        steps = verify(moment, [chosen_by(p=5)], missing_births=True)
-        counted = {check.name: check.rows for step in steps for check in step.checks}
+        found = report(verify(moment, [chosen_by(p=5)], missing_births=True))
+        counted = {check.name: check.rows for check in found}
     assert (counted["births"], counted["lives"]) == (17, 17)
 
 
@@ -158,14 +159,18 @@ def test_births_and_deaths_must_alternate_and_give_the_counts(begun):
     def failing(*statements: str) -> str | None:
         alter(begun, *statements)
         with reading(begun) as moment:
-            (check,) = check_births([], moment)
+            (check,) = check_births(Scope(moment))
         return check.first
 
     insert = "INSERT INTO change SELECT cycle, {}, {} * a, error, '{}', bounce, joint, NULL, slope, run"
     where = "FROM change WHERE a = (SELECT min(a) FROM change WHERE a > 0) AND number = 1 LIMIT 1"
     added = [f"{insert.format(*values)} {where}" for values in ((2, 1.1, "died"), (3, 1.2, "born"))]
     assert failing(*added) == "p = 5: births is 13 instead of 14"
-    assert failing("UPDATE birth_fill SET births = 14, deaths = 1 WHERE p = 5") is None
+    assert failing("UPDATE birth_fill SET births = 14, deaths = 1 WHERE p = 5") is not None  # the events
+    same = "FROM change AS b JOIN cycle ON id = b.cycle WHERE p = 5 AND 0 < b.a AND b.a <= change.a + 1e-9"
+    of_five = "cycle IN (SELECT id FROM cycle WHERE p = 5)"
+    renumber = f"(SELECT count(DISTINCT round(b.a, 9)) {same}) WHERE a > 0 AND {of_five}"
+    assert failing(f"UPDATE change SET event = {renumber}") is None
     for name in ("classes", "births", "deaths", "always", "least", "largest"):
         first = failing(f"UPDATE birth_fill SET {name} = 2 * {name} WHERE p = 5")
         assert there(first).startswith(f"p = 5: {name} is ")

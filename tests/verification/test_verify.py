@@ -32,7 +32,12 @@ def test_a_sound_catalogue_passes_every_check(filled):
     assert set(found) == set(PROMISES) - others
     rows = {name: check.rows for name, check in found.items()}
     assert rows["counts"] == SEQUENCES + 7  # and seven fills
-    tables = ask(filled, "SELECT name FROM sqlite_schema WHERE type = 'table' AND name != 'alembic_version'")
+    assert rows["values"] > CLASSES
+    tables = ask(
+        filled,
+        "SELECT name FROM sqlite_schema WHERE type = 'table' AND name != 'alembic_version'"
+        " AND name NOT LIKE 'sqlite_%'",
+    )
     every = " UNION ALL ".join(f"SELECT count(*) n FROM {name}" for (name,) in tables)
     assert [(rows["file"],)] == ask(filled, f"SELECT sum(n) FROM ({every})")
     assert rows["classes"] == rows["statuses"] == CLASSES
@@ -77,7 +82,7 @@ def test_the_small_catalogue_is_sound_and_says_so(small, cli):
 
 def as_if_relaxed(path, chosen):
     """Make the rows at both a look as if the relaxation had found them."""
-    nothing = "error = NULL, length_error = NULL, lyapunov_error = NULL"
+    nothing = "error = NULL, length_error = NULL, lyapunov_error = NULL, area_error = NULL"
     relaxed = "replace(parameters, 'newton', 'relaxation')"
     alter(
         path,
@@ -135,6 +140,21 @@ def test_nothing_to_verify_is_reported(filled, cli, arguments, code, message):
 def test_an_a_without_rows_has_nothing_to_check(small, cli):
     assert cli("births", "--p", "3").code == 0
     assert cli("verify", "--a", "2").says(1, "nothing to check", "a = 2", "orbitdb fill --p 11 --a 2")
+
+
+def test_births_alone_are_checked(born_once, cli):
+    outcome = cli("verify", "--db", str(born_once), "--json")
+    assert outcome.code == 0, outcome.err
+    assert {check["check"]: check["failures"] for check in json.loads(outcome.out)}["births"] == 0
+
+
+def test_everything_is_checked_if_no_stored_a_is_the_default(tmp_path):
+    catalogue = Catalogue.create(tmp_path / "orbits.db")
+    for a in (1.0, 2.0):
+        catalogue.fill(3, a=a)
+    found = Catalogue(catalogue.path).verify()
+    assert found.sound
+    assert {check.name: check.rows for check in found.checks}["counts"] == 2 * (8 + 1)
 
 
 def test_missing_periods_are_reported_at_every_a_that_lacks_some(small, cli):

@@ -20,6 +20,7 @@ from textual.widget import Widget
 from orbitdb.arrays import Floats
 
 Dots = NDArray[np.int64]
+Pair = tuple[float, float]
 Line = list[tuple[str, str]]
 """A line of a picture as pairs of a text and the name of its style, '' for none."""
 
@@ -31,15 +32,25 @@ _BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]])
 class Canvas:
     """A picture of columns x rows cells that shows a box of the plane, from `low` to `high`.
 
-    If `square`, the scale, in dots per unit, is the same in x and y. A cell takes the style of what is drawn
-    in it last; characters are on top of dots. What lies outside is left out.
+    If `square`, the scale, in dots per unit, is the same in x and y. The box leaves a margin of columns and
+    rows free on each side. A cell takes the style of what is drawn in it last; characters are on top of dots.
+    What lies outside is left out.
     """
 
-    def __init__(self, columns: int, rows: int, low: ArrayLike, high: ArrayLike, square: bool = True) -> None:
+    def __init__(
+        self,
+        columns: int,
+        rows: int,
+        low: ArrayLike,
+        high: ArrayLike,
+        square: bool = True,
+        margin: tuple[int, int] = (0, 0),
+    ) -> None:
         low, high = np.asarray(low, float), np.asarray(high, float)
         self.columns, self.rows = columns, rows
         self._size = np.array([DOTS[0] * columns, DOTS[1] * rows])
-        scale = (self._size - 1) / np.maximum(high - low, 1e-300)
+        inner = np.maximum(self._size - 2 * np.multiply(DOTS, margin), 2)
+        scale = (inner - 1) / np.maximum(high - low, 1e-300)
         self.scale = np.full(2, scale.min()) if square else scale
         self._centre = (low + high) / 2
         self._codes = np.zeros((rows, columns), np.int64)
@@ -70,6 +81,17 @@ class Canvas:
         """Draw a character in the cell of each point, shape (N, 2)."""
         for x, y in self._inside(self.dots(points)).tolist():
             self._signs.append((style, y // DOTS[1], x // DOTS[0], sign))
+
+    def label(self, style: str, point: Pair, outward: Pair, sign: str) -> None:
+        """Draw a character beside the cell of a point, or one cell further on if another one is there."""
+        [[x, y]], (right, up) = self.dots([point]) // DOTS, np.asarray(outward) * (DOTS[1], -DOTS[0])
+        step = np.rint(np.array([right, up]) / max(abs(right), abs(up))).astype(int)
+        for far in (1, 2):
+            column, row = (np.array([x, y]) + far * step).tolist()
+            taken = {other for _, *place, other in self._signs if place == [row, column]}
+            if taken <= {sign} and 0 <= column < self.columns and 0 <= row < self.rows:
+                self._signs.append((style, row, column, sign))
+                return
 
     def lines(self) -> list[Line]:
         """Return the picture, with neighbouring cells of the same style joined."""
@@ -107,7 +129,7 @@ class PictureWidget(Widget):
     COMPONENT_CLASSES: ClassVar[set[str]] = {
         f"picture--{name}"
         for name in ("wall", "path", "bounce", "start", "arrow", "trail", "particle", "label",
-                     "one", "two", "three", "four", "five", "six")
+                     "grid", "one", "two", "three", "four", "five", "six")
     }  # fmt: skip
 
     def picture(self, columns: int, rows: int) -> list[Line]:
@@ -123,7 +145,7 @@ class PictureWidget(Widget):
         )
 
     def _style(self, name: str) -> Style:
-        return self.get_component_rich_style(f"picture--{name}", partial=True) if name else Style.null()
+        return self.get_component_rich_style(f"picture--{name}") if name else Style.null()
 
 
 class Curve(NamedTuple):
@@ -139,31 +161,43 @@ class Curve(NamedTuple):
     marker: str = ""
 
 
-_MARGIN = 7
+_MARGIN = 8
 """Columns of the axis on the left."""
+_ROWS_PER_TICK = 4
 
 
 def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> list[Line]:
-    """Draw curves, with an axis on the left, and the periods and a legend below; nothing without room."""
+    """Draw curves, with an axis on the left, and the periods and a legend below; nothing without room.
+
+    The later half of the periods sets the range, so that one can see whether the curves converge. Points
+    outside it become arrows at the edge.
+    """
     drawn = [np.stack([curve.x, curve.y], axis=1)[np.isfinite(curve.y)] for curve in curves]
     points = np.concatenate([np.zeros((0, 2)), *drawn])
     legend = _folded([(f" {c.marker or '─'} {c.name} ", c.style) for c in curves if c.name], columns)
     height = rows - 1 - len(legend)
     if not len(points) or columns < _MARGIN + 8 or height < 3:
         return []
-    (first, low), (last, high) = points.min(axis=0).tolist(), points.max(axis=0).tolist()
+    first, last = float(points[:, 0].min()), float(points[:, 0].max())
+    later = points[points[:, 0] >= (first + last) / 2, 1]
+    low, high, last = float(later.min()), float(later.max()), max(last, first + 1)
     pad = 0.05 * (high - low) or 0.5
-    low, high, last = low - pad, high + pad, max(last, first + 1)
+    low, high = low - pad, high + pad
     canvas = Canvas(columns - _MARGIN, height, (first, low), (last, high), square=False)
+    axis = [" " * _MARGIN] * height
+    for tick in round_ticks(low, high, max(2, height // _ROWS_PER_TICK)):
+        [[_, y]] = canvas.dots([[first, tick]])
+        axis[y // DOTS[1]] = f"{tick:>{_MARGIN - 1}g} "
+        canvas.put("grid", np.array([(x, y) for x in range(0, DOTS[0] * canvas.columns, 3 * DOTS[0])]))
+    for curve, values in zip(curves, drawn, strict=True):
+        for x, y in values.tolist():
+            if curve.name and not low <= y <= high:
+                canvas.mark(curve.style, [(x, high if y > high else low)], "↑" if y > high else "↓")
     for curve, values in zip(curves, drawn, strict=True):
         if curve.marker:
             canvas.mark(curve.style, values, curve.marker)
         else:
             canvas.line(curve.style, values)
-    axis = [" " * _MARGIN] * height
-    for share in (0.0, 0.5, 1.0):
-        label = f"{high - share * (high - low):>z{_MARGIN - 1}.3f}"
-        axis[round(share * (height - 1))] = label[: _MARGIN - 1] + "┤"
     ticks = list("p".center(_MARGIN).ljust(columns))
     for period in range(math.ceil(first), math.floor(last) + 1):
         if last - first < columns / 4 or period % 2 == 0:
@@ -171,6 +205,15 @@ def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> list[Line]:
             ticks[place - len(str(period)) : place] = str(period)
     lines = [[(label, "label"), *line] for label, line in zip(axis, canvas.lines(), strict=True)]
     return [*lines, [("".join(ticks), "label")], *legend]
+
+
+def round_ticks(low: float, high: float, most: int) -> list[float]:
+    """Return the multiples of a round number between two values, `most` at most."""
+    decade = 10.0 ** math.floor(math.log10((high - low) / most))
+    steps = (factor * decade for factor in (1, 2, 5, 10, 20))
+    spans = ((step, math.ceil(low / step), math.floor(high / step)) for step in steps)
+    step, begin, end = next(span for span in spans if span[2] - span[1] < most)
+    return [float(f"{n * step:.12g}") for n in range(begin, end + 1)]
 
 
 def _folded(pieces: Iterable[tuple[str, str]], columns: int) -> list[Line]:

@@ -1,5 +1,6 @@
 """The choices that make up the rows: each change gives a new `Selection`, and a `View` writes them down."""
 
+import re
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,7 +15,7 @@ from orbitdb.cli.tui.dialogs import FilterDialog, LineDialog, ListDialog, MarksD
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import USUAL, CatalogueFile, Kept, Ordering
 from orbitdb.orbits.status import Status
-from orbitdb.store.selection import Selection
+from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import bound_names, check
 from orbitdb.text import exact, printable
 
@@ -55,7 +56,7 @@ class View(NamedTuple):
                     low, high = ("" if bound is None else exact(bound) for bound in value)
                     words += ["--range", f"{name}={low}:{high}"]
                 case list():
-                    words += [word for a in value for word in (option, exact(a))]
+                    words += [text for a in value for text in (option, a if isinstance(a, str) else exact(a))]
                 case _:
                     words += [option, exact(value) if isinstance(value, float) else value]
         return " ".join(map(_quoted, [*words, "-c", ",".join(self.columns)]))
@@ -73,6 +74,7 @@ class View(NamedTuple):
             "p": spans,
             "status": ",".join(chosen.statuses),
             **{name: getattr(chosen, name) for name in ("time_reversal", "symmetry", "contains")},
+            "without": list(chosen.without),
             "exists": list(chosen.exists),
             "not_at": list(chosen.not_at),
             **{name: tuple(bounds) for name, bounds in chosen.ranges.items()},
@@ -102,7 +104,7 @@ class Choices(Static, Working):
 
     def say(self, fill: str = "") -> None:
         line = chips(self.selection, self._file.a_values())
-        self.update(f"[b]{fill}[/b] │ {line}" if fill else line)
+        self.update(f"[b]{fill}[/b] {line}" if fill else line)
 
     def action_turn(self, name: str, step: int = 1) -> None:
         """Move a criterion to its next or previous value; after its last value comes no restriction."""
@@ -163,7 +165,11 @@ class Choices(Static, Working):
         self.app.push_screen(dialog, take)
 
     def check_filter(self, where: str) -> str:
-        check(where, dict(self.filtered(where).parameters))
+        try:
+            check(where, dict(self.filtered(where).parameters))
+        except SelectionError as error:  # without the line, which stands above, and advice for the shell
+            message = str(error).removeprefix(f"where {where!r}: ")
+            raise SelectionError(re.sub(r"[;,]? *'orbitdb [^;]*|, with -P .*", "", message)) from error
         return ""
 
     def filtered(self, where: str | None) -> Selection:
@@ -239,20 +245,19 @@ def turned(selection: Selection, name: str, ring: Sequence[Any], step: int = 1) 
 
 
 def chips(selection: Selection, a_values: Sequence[float]) -> str:
-    """Return the choices as a line with links to the actions that change them."""
+    """Return the choices as a line of links to the actions that change them, each with its key."""
     spans = ", ".join(str(low) if low == high else f"{low}-{high}" for low, high in selection.periods)
-    status = ", ".join(selection.statuses) or "every status"
     reversal = {"self": "self-retracing", "pair": "reversed pairs", None: "any reversal"}
-    several = f", one of {len(a_values)} stadiums" if len(a_values) > 1 else ""
+    several = f", {len(a_values)} stored" if len(a_values) > 1 else ""
     stored = several if selection.a in (a_values or [selection.a]) else ", not filled"
     parts = [
-        ("half_length", f"a = {exact(selection.a)}{stored}"),
-        ("turn('periods')", f"p {spans or 'all'}"),
-        ("turn('statuses')", status),
-        ("turn('time_reversal')", reversal[selection.time_reversal]),
-        ("filter", escaped(selection.describe_rest()) or "no filter"),
+        ("half_length", "a", f"{exact(selection.a)}{stored}"),
+        ("turn('periods')", "\\[ ]", f"p {spans or 'all'}"),
+        ("turn('statuses')", "o", ", ".join(selection.statuses) or "every status"),
+        ("turn('time_reversal')", "r", reversal[selection.time_reversal]),
+        ("filter", "/", escaped(selection.describe_rest()) or "no filter"),
     ]
-    return " │ ".join(f"[@click={action}]{text}[/]" for action, text in parts)
+    return " ".join(f"[@click={action}] [b $key]{name}[/] {text} [/]" for action, name, text in parts)
 
 
 def escaped(text: str) -> str:

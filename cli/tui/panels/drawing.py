@@ -11,6 +11,9 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.panels.canvas import DOTS, Canvas, Line, PictureWidget
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.solve import solve
+from orbitdb.orbits.status import Status
+from orbitdb.symbols.words import from_strings
 from orbitdb.text import exact
 
 MOST_DRAWN = 5000
@@ -22,6 +25,12 @@ _SPEED = 2.5
 _ARROWS = "→↗↑↖←↙↓↘"
 _DOTS_OF_HEIGHT = 12
 _TRAIL = 0.06
+MOST_LABELLED = 24
+"""Maximum number of bounces with their symbols beside them; more would cover one another."""
+_MARGIN, _ROWS_WITH_LABELS = (2, 1), 7
+_CENTRES = {"1": -1, "4": -1, "3": 1, "5": 1}
+_LEAST_FOR_BOTH = 36
+"""Rows above which the phase space has room below the stadium."""
 
 
 def path_of(orbit: Orbit | None) -> Floats:
@@ -42,27 +51,49 @@ def along(path: Floats, share: float) -> Floats:
     return np.array([np.interp(place, way, path[:, axis]) for axis in (0, 1)])
 
 
+def fixed_point(orbit: Orbit) -> Floats:
+    """Return the closed path through the fixed point of a dynamically pruned word, shape (p + 1, 2).
+
+    Its bounces lie on the lines of the walls and on the circles of the semicircles, some of them beyond the
+    joints. Other words give an empty path.
+    """
+    if orbit.status is not Status.DYNAMICAL or orbit.p > MOST_DRAWN:
+        return np.zeros((0, 2))
+    word = from_strings([orbit.code])
+    points = Stadium(orbit.a).points(word, solve(word, orbit.a).coordinates)[0]
+    return np.concatenate([points, points[:1]])
+
+
 def draw_orbit(
-    a: float, path: Floats, columns: int, rows: int, particle: float | None = None
+    a: float, path: Floats, columns: int, rows: int, particle: float | None = None, code: str = ""
 ) -> tuple[list[Line], bool]:
     """Draw a path, shape (N, 2), in its stadium; return the picture and whether it is to scale.
 
     If the stadium is so long that it would look like a line, its height is stretched. An empty path gives the
-    stadium alone. `particle` is the position of a particle, as a fraction of the path.
+    stadium alone. `particle` is the position of a particle, as a fraction of the path. The symbols of `code`
+    stand at the bounces, unless there are too many; a bounce beyond a joint is a cross.
     """
-    box = (-a - 1, -1), (a + 1, 1)
-    canvas = Canvas(columns, rows, *box)
+    ends = np.concatenate([path, [(-a - 1, -1), (a + 1, 1)]])
+    box = ends.min(axis=0), ends.max(axis=0)
+    margin = _MARGIN if rows >= _ROWS_WITH_LABELS else (0, 0)
+    canvas = Canvas(columns, rows, *box, margin=margin)
     true = bool(2 * canvas.scale[1] >= min(_DOTS_OF_HEIGHT, DOTS[1] * rows - 1))
     if not true:
-        canvas = Canvas(columns, rows, *box, square=False)
+        canvas = Canvas(columns, rows, *box, square=False, margin=margin)
     canvas.line("wall", Stadium(a).outline(4 * (columns + rows)))
     if len(path):
+        bounces = list(zip(path.tolist(), code[:MOST_DRAWN], strict=False))
+        for (x, y), symbol in bounces if len(code) <= MOST_LABELLED else ():
+            canvas.label("label", (x, y), (0.0 if symbol in "02" else x - _CENTRES[symbol] * a, y), symbol)
         canvas.line("path", path)
         step = path[1] - path[0]  # the path runs in the direction of the word
         arrow = _ARROWS[round(math.atan2(step[1], step[0]) / (math.pi / 4)) % 8]
         canvas.mark("bounce", path, "•")
         canvas.mark("arrow", [path[0] + 0.4 * step], arrow)
         canvas.mark("start", path[:1], "◆")
+        for (x, y), symbol in bounces:
+            if (abs(x) > a) is (symbol in "02"):
+                canvas.mark("trail", [(x, y)], "×")
     if particle is not None and len(path):
         tail = np.array([along(path, particle - _TRAIL * k / 24) for k in range(25)])
         canvas.line("trail", tail)
@@ -112,6 +143,8 @@ class OrbitDrawing(PictureWidget):
     def watch_orbit(self, orbit: Orbit | None) -> None:
         """Use the path of the new orbit; a moving particle starts again at its first bounce."""
         self._path = path_of(orbit)
+        if orbit is not None and not len(self._path):
+            self._path = fixed_point(orbit)
         if self.particle is not None:
             self.particle = 0.0
 
@@ -132,13 +165,21 @@ class OrbitDrawing(PictureWidget):
             self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self.orbit.length) % 1.0
 
     def picture(self, columns: int, rows: int) -> list[Line]:
+        points = phase_points(self.orbit)
+        self._entitle(
+            "phase space: sine against arclength" if self.phase else f"stadium, a = {exact(self.a)}"
+        )
         if self.phase:
-            self._entitle("phase space: sine against arclength")
-            return draw_phase(self.a, phase_points(self.orbit), columns, rows)
-        picture, true = draw_orbit(self.a, self._path, columns, rows, self.particle)
-        self._entitle(f"stadium, a = {exact(self.a)}" + ("" if true else " (not to scale)"))
-        return picture
+            return draw_phase(self.a, points, columns, rows)
+        below = rows // 2 if len(points) and rows > _LEAST_FOR_BOTH else 0
+        code = "" if self.orbit is None else self.orbit.code
+        picture, true = draw_orbit(self.a, self._path, columns, rows - below, self.particle, code)
+        if not true:
+            self._entitle(f"{self.border_title} (not to scale)")
+        if not len(self._path) and self.orbit is not None:
+            picture[rows // 2] = [("no orbit at any a".center(columns), "label")]
+        return [*picture, *draw_phase(self.a, points, columns, below)] if below else picture
 
     def _entitle(self, title: str) -> None:
         if title != self.border_title:  # setting the title redraws everything
-            self.border_title = title
+            self.border_title, self.border_subtitle = title, f"v {'stadium' if self.phase else 'phase space'}"

@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
+from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 from textual import events
@@ -15,12 +16,16 @@ from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.screens import SCROLLING, Scrolling
 from orbitdb.cli.tui.stored import Certificate, Partners
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.symmetry import ELEMENTS, MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation, run_notation
 from orbitdb.text import printable, upwards
 
 _MOST_BOUNCES = 60
-_BAR = 24
+_BAR = 40
+LONG = 20
+"""Maximum number of symbols of a code in the title."""
+_SHORT = {"time_reversal": "reversal"}
 _LEAST, _MOST = 0.05, 20.0
 """The values of a at the ends of the bar."""
 _ALL_OF_A_BOUNCE = 66
@@ -34,23 +39,42 @@ ELEMENT_NAMES = {
 }
 
 
-def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners = ()) -> list[tuple[str, str]]:
-    """Return the facts about a word as (name, text) pairs; a bar shows at which a it is an orbit."""
-    lines = [(name, text) for name, text in facts(orbit, partners, "±") if name != "a"]
-    if run_notation(orbit.code) != lines[0][1]:
-        lines.insert(1, ("runs", run_notation(orbit.code)))
-    if orbit.exists:
-        place = [name for name, _ in lines].index("exists")
-        lives = bar(orbit.exists, orbit.a, _BAR)
-        lines[place : place + 1] = [("exists", f"a = 0.05 {lives} 20"), ("", lines[place][1])]
+Fact = tuple[str, "str | Bar"]
+"""The name of a fact, empty if it belongs to the one before, and its text."""
+
+
+def facts_of(orbit: Orbit, certificate: Certificate = None, partners: Partners = ()) -> list[Fact]:
+    """Return the facts about a word that its title does not give; a bar shows at which a it is an orbit."""
+    left_out = {"code", "a", "p"} | ({"status"} if orbit.status is Status.ORBIT else set())
+    lines: list[Fact] = []
+    if run_notation(orbit.code) != orbit.code or orbit.p > LONG:
+        lines.append(("runs", run_notation(orbit.code)))
+    for name, text in facts(orbit, partners, "±"):
+        if name.startswith(" "):  # it explains the fact before
+            lines.append(("", printable(f"{name.strip()}{'' if 'born' in name else ':'} {text}")))
+        elif name not in left_out:
+            lines.append((_SHORT.get(name, name), printable(text.removeprefix("for "))))
+        if name == "exists" and orbit.exists:
+            lines.append(("", Bar(orbit.exists, orbit.a)))
     if orbit.length is not None:
         proof = f"radius {upwards(certificate[0])}, {certificate[1]} bits" if certificate else "none stored"
-        lines.append(("certificate", proof))
-    return [(name, printable(sentence)) for name, sentence in lines]
+        lines.append(("proof", proof))
+    return lines
+
+
+class Bar(NamedTuple):
+    """A bar, logarithmic in a from 0.05 to 20, with the current a and where a word is an orbit."""
+
+    lives: Sequence[tuple[float, float | None]]
+    a: float
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        width = max(1, min(options.max_width - 8, _BAR))
+        yield Text(f"{_LEAST} {bar(self.lives, self.a, width)} {_MOST:g}")
 
 
 def bar(lives: Sequence[tuple[float, float | None]], a: float, width: int) -> str:
-    """Return a bar, logarithmic in a from 0.05 to 20, with the current a and where a word is an orbit."""
+    """Return the cells of a `Bar`."""
     scale = math.log(_MOST / _LEAST)
     places = [_LEAST * math.exp(scale * (i + 0.5) / width) for i in range(width)]
     alive = [any(born < at and (dies is None or at < dies) for born, dies in lives) for at in places]
@@ -58,11 +82,11 @@ def bar(lives: Sequence[tuple[float, float | None]], a: float, width: int) -> st
     return "".join("┃" if i == cell_of_a else "━" if alive[i] else "·" for i in range(width))
 
 
-def table_of(facts: Iterable[tuple[str, str]]) -> Table:
-    """Return (name, sentence) pairs as a table whose lines wrap at the available width."""
-    table = Table.grid(padding=(0, 2, 0, 0))
-    for name, sentence in facts:
-        table.add_row(Text(name, "bold"), Text(sentence, overflow="fold"))
+def table_of(facts: Iterable[Fact], muted: Style | str) -> Table:
+    """Return facts as a table whose lines wrap at the available width."""
+    table = Table.grid(padding=(0, 1, 0, 0), pad_edge=False)
+    for name, fact in facts:
+        table.add_row(Text(name, muted), Text(fact, overflow="fold") if isinstance(fact, str) else fact)
     return table
 
 
@@ -83,29 +107,34 @@ class Bounces(NamedTuple):
 
 
 def parts_of(
-    orbit: Orbit, certificate: Certificate, partners: Partners = (), whole: bool = False
+    orbit: Orbit,
+    certificate: Certificate,
+    partners: Partners = (),
+    whole: bool = False,
+    muted: Style | str = "",
 ) -> list[RenderableType]:
     """Return the facts about an orbit, followed by its bounces if there are at most `_MOST_BOUNCES`.
 
-    If `whole`, return everything known about it: with the words of its class and all of its bounces.
+    If `whole`, return everything known about it: with the words of its class and all of its bounces. The
+    names of the facts are `muted`.
     """
     facts = facts_of(orbit, certificate, partners)
     if not whole:
         few = orbit.coordinates is not None and orbit.p <= _MOST_BOUNCES
-        return [table_of(facts), "", Bounces(orbit)] if few else [table_of(facts)]
-    if facts[0][1] != orbit.code:
+        return [table_of(facts, muted), "", Bounces(orbit)] if few else [table_of(facts, muted)]
+    if orbit.p > LONG:
         facts.insert(1, ("symbols", orbit.code))
     if orbit.solver is not None:
         facts.append(("solver", orbit.solver))
-    parts: list[RenderableType] = [table_of(facts)]
+    parts: list[RenderableType] = [table_of(facts, muted)]
     if orbit.class_size is not None:
-        parts += ["", Text("symmetry class", "bold"), table_of(_class(orbit))]
+        parts += ["", Text("symmetry class", "bold"), table_of(_class(orbit), muted)]
     if orbit.coordinates is not None:
         parts += ["", Text("bounces", "bold"), Bounces(orbit)]
     return parts
 
 
-def _class(orbit: Orbit) -> list[tuple[str, str]]:
+def _class(orbit: Orbit) -> list[Fact]:
     """Return the words of the class of an orbit, each with the symmetries that map the orbit to that word."""
     elements: dict[str, list[str]] = {}
     for element, image in zip(ELEMENTS, images_of(orbit.code), strict=True):
@@ -117,7 +146,7 @@ def _class(orbit: Orbit) -> list[tuple[str, str]]:
 class FactsPanel(RichLog, Scrolling):
     """Facts about the current orbit, rendered only if they or the width change, because it takes long."""
 
-    BINDING_GROUP_TITLE = "Facts"
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"facts--name"}
     BINDINGS = SCROLLING
 
     def __init__(self, id: str | None = None) -> None:

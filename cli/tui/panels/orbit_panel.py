@@ -13,7 +13,7 @@ from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.cli.output import code_text, repeats
 from orbitdb.cli.tui.dialogs import LineDialog, describe_code
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
-from orbitdb.cli.tui.panels.facts import ELEMENT_NAMES, FactsPanel, parts_of
+from orbitdb.cli.tui.panels.facts import ELEMENT_NAMES, LONG, FactsPanel, parts_of
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import CatalogueFile
 from orbitdb.errors import StoreError
@@ -92,6 +92,9 @@ class OrbitPanel(Vertical, Working):
         yield OrbitDrawing(self.home, id="drawing").data_bind(OrbitPanel.orbit)
         yield FactsPanel(id="facts")
 
+    def on_mount(self) -> None:
+        self.app.theme_changed_signal.subscribe(self, lambda _: self._show_facts())
+
     # what is shown
 
     def watch_orbit(self, orbit: Orbit | None) -> None:
@@ -112,21 +115,24 @@ class OrbitPanel(Vertical, Working):
         if orbit is None:
             facts.show()
             return
-        facts.show(*parts_of(orbit, self._file.certificate(orbit), whole=self.whole))
-        if self.whole:
-            self.in_thread("lives", lambda _: self._all_facts(orbit), lambda parts: facts.show(*parts))
+        muted = facts.get_component_rich_style("facts--name", partial=True)
+        facts.show(*parts_of(orbit, self._file.certificate(orbit), whole=self.whole, muted=muted))
 
-    def _all_facts(self, orbit: Orbit) -> list[RenderableType]:
-        """Return the facts, with the ranges of a in which the orbit exists, and the classes born with it."""
-        orbit = with_existence(orbit)
-        return parts_of(orbit, self._file.certificate(orbit), self._file.partners(orbit), whole=True)
+        def find(_: object) -> list[RenderableType]:
+            """Find the ranges of a in which the orbit exists, and the classes born with it."""
+            found = with_existence(orbit)
+            return parts_of(found, self._file.certificate(found), self._file.partners(found), True, muted)
+
+        if self.whole:
+            self.in_thread("lives", find, lambda parts: facts.show(*parts))
 
     def _entitle(self, title: str = "") -> None:
-        """Set the title of the facts to the work in progress, to `title`, or to the a of a followed orbit."""
-        if not title and self.orbit is not None and self.orbit.a != self.home:
-            title = f"facts at a = {exact(self.orbit.a)}"
-        title = self._work or title or ("all facts" if self.whole else "facts")
-        self.query_one(FactsPanel).border_title = title
+        """Set the title of the facts to the work in progress, to `title`, or to the word and its status."""
+        if not title and (orbit := self.orbit) is not None:
+            code = orbit.code if orbit.p <= LONG else f"{orbit.code[: LONG - 1]}…"
+            title = f"{code}, p = {orbit.p}, {orbit.status.value}"
+            title += f", a = {exact(orbit.a)}" if orbit.a != self.home else ""
+        self.query_one(FactsPanel).border_title = self._work or title
 
     def clear(self, a: float) -> None:
         self.home, self.orbit = a, None

@@ -16,8 +16,10 @@ from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
 from orbitdb.cli.output import number
+from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.screens import key
 from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, Ordering, Pages, Row
+from orbitdb.errors import AlteredError
 
 _WIDTHS = {
     "code": 8, "p": 3, "length": 11, "status": 9, "lyapunov": 11, "margin": 9, "error": 8, "born": 11,
@@ -37,8 +39,8 @@ class PagedTable(ScrollView, can_focus=True):
     """
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor", "table--cell", "table--dim"}
-    BINDING_GROUP_TITLE = "Rows"
-    BINDINGS: ClassVar[list[BindingType]] = [
+    BINDINGS: ClassVar[list[BindingType]] = purpose(
+        "move",
         key("j,down", "move(1)", "next row"),
         key("k,up", "move(-1)", "previous row"),
         key("pagedown,ctrl+f", "page(1)", "next page"),
@@ -47,7 +49,7 @@ class PagedTable(ScrollView, can_focus=True):
         key("G,end", "end(True)", "last row"),
         key("l,right", "column(1)", "next column"),
         key("h,left", "column(-1)", "previous column"),
-    ]
+    )
 
     cursor: reactive[int] = reactive(0, repaint=False)
     column: reactive[int] = reactive(0)
@@ -60,6 +62,12 @@ class PagedTable(ScrollView, can_focus=True):
         """Asks to sort by the column whose heading was clicked."""
 
         column: str
+
+    @dataclass
+    class Deleted(Message):
+        """Says that rows are missing, for a `reason`, an error's message; none are shown any more."""
+
+        reason: str
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
@@ -78,7 +86,18 @@ class PagedTable(ScrollView, can_focus=True):
     @property
     def row(self) -> Row | None:
         """The row under the cursor; None if there are no rows."""
-        return self.source.row(self.cursor) if len(self.source) else None
+        return self._read(self.cursor)
+
+    def _read(self, place: int) -> Row | None:
+        """Return the row at an index; None if there are fewer rows, or rows have been deleted."""
+        try:
+            return self.source.row(place) if place < len(self.source) else None
+        except AlteredError as error:
+            self.show(NONE)
+            self.screen.post_message(
+                self.Deleted(str(error))
+            )  # whoever asked, which could stop it on its way
+            return None
 
     @property
     def cell(self) -> tuple[str, Any] | None:
@@ -177,7 +196,8 @@ class PagedTable(ScrollView, can_focus=True):
     def _code_width(self) -> int:
         places, least = self._places(), _WIDTHS["code"]
         if self._codes[:2] != (self.source, places):  # this runs for every line
-            widest = max((len(self.source.row(place)[0]) for place in places), default=least)
+            codes = [row[0] for place in places if (row := self._read(place)) is not None]
+            widest = max(map(len, codes), default=least)
             self._codes = self.source, places, max(widest, least)
         half = self.scrollable_content_region.width // 2  # the facts show the code in full
         return min(self._codes[2], max(half, least), _LONGEST_CODE)
@@ -193,18 +213,15 @@ class PagedTable(ScrollView, can_focus=True):
     def render_line(self, y: int) -> Strip:
         base, shown = self.rich_style, self._shown()
         if y == 0:
-            style = base + self.get_component_rich_style("table--header", partial=True)
+            style = self.get_component_rich_style("table--header")
             return self._line([(name, width, self._heading(name)) for name, width in shown], style)
         place = self.scroll_offset.y + y - 1
-        if place >= len(self.source):
+        if (row := self._read(place)) is None:
             return Strip.blank(self.scrollable_content_region.width, base)
-        row = self.source.row(place)
         values = dict(zip(self.source.fields, row, strict=True))
-        style = base
-        if values["status"] != "orbit":
-            style += self.get_component_rich_style("table--dim", partial=True)
+        style = base if values["status"] == "orbit" else self.get_component_rich_style("table--dim")
         if place == self.cursor:
-            style += self.get_component_rich_style("table--cursor", partial=True)
+            style = self.get_component_rich_style("table--cursor")
         cells = [(name, width, number(name, values.get(name))) for name, width in shown]
         return self._line(cells, style, _MARK if row[0] in self.marked else " ", place == self.cursor)
 
@@ -222,16 +239,21 @@ class PagedTable(ScrollView, can_focus=True):
         marked = style + self.get_component_rich_style("table--cell", partial=True)
         segments = []
         for place, (name, width, text) in enumerate(cells):
-            cut = text if len(text) <= width else text[: width - 1] + "…"
-            shown = cut.rjust(width) if EVERY[name].kind in ("number", "integer") else cut.ljust(width)
+            apart = "" if _is_number(name) or not place else " "  # from numbers, which end where texts begin
+            cut = apart + (text if len(apart + text) <= width else text[: width - len(apart) - 1] + "…")
+            shown = cut.rjust(width) if _is_number(name) else cut.ljust(width)
             segments.append(Segment(shown, marked if name == underlined else style))
             segments.append(Segment(" " if place else after_code, style))
         return Strip(segments).adjust_cell_length(self.scrollable_content_region.width, style)
 
 
 def width_of(name: str) -> int:
-    """Return the width of a column, with room for the arrow of the sort order."""
-    return max(_WIDTHS.get(name, 0), len(name) + 1)
+    """Return the width of a column, with room for the arrow of the order, and for a blank before texts."""
+    return max(_WIDTHS.get(name, 0), len(name) + 1) + (not _is_number(name))
+
+
+def _is_number(name: str) -> bool:
+    return EVERY[name].kind in ("number", "integer")
 
 
 def _fitting(names: Sequence[str], room: int) -> list[str]:

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import partial
 
 from textual.app import ComposeResult
@@ -11,12 +12,11 @@ from textual.widgets import Static
 
 from orbitdb.answers.completeness import lacking_births, partial_periods, unfilled
 from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog
+from orbitdb.cli.tui.panels.jumps import Jumps
 from orbitdb.cli.tui.panels.paged_table import PagedTable
-from orbitdb.cli.tui.panels.position import Position
-from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, CatalogueFile, Kept, Ordering, Pages, known_columns
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.connection import Moment
+from orbitdb.store.connection import Connection
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
@@ -25,7 +25,7 @@ _AT_WORK = ("reading …", "sorting …")
 _PAUSE = 0.25
 """Seconds without a key before the rows of a filter that is being typed are read."""
 
-_Reading = tuple[Pages, tuple[str, str], int | None]
+_Reading = tuple[Pages, str, int | None]
 """Rows, notes on gaps, and the number of rows without a filter (None if only the first rows are read)."""
 
 _FIRST = 100
@@ -33,10 +33,10 @@ _SHOWN = 12
 """Maximum number of symbols shown for a word that has no row."""
 
 
-class RowsPanel(Vertical, Working):
+class RowsPanel(Vertical, Jumps):
     """The panel that reads and shows the rows of a subset in some order.
 
-    `total` is the number of rows without a filter; it is None until they are counted. `word` is set to the
+    `total` is the number of rows without the filter; it is None until they are counted. `word` is set to the
     word under the cursor whenever it should be shown. When new rows arrive, the cursor goes to the `wanted`
     word.
     """
@@ -53,9 +53,9 @@ class RowsPanel(Vertical, Working):
         super().__init__(id="rows")
         self._file, self._kept = file, kept
         self.table = PagedTable(id="table")
-        self.position = Position(self.table, lambda: self.reads)
         self.border_title = "words"
         self._asked: Selection | None = None
+        self._unfiltered: Selection | None = None  # the subset that `total` counts
         self._orbit: Orbit | None = None  # the current one
         self.set_reactive(RowsPanel.columns, known_columns(kept.state.columns))
         self.set_reactive(RowsPanel.marked, frozenset(kept.state.marked))
@@ -63,7 +63,6 @@ class RowsPanel(Vertical, Working):
     def compose(self) -> ComposeResult:
         yield self.table.data_bind(RowsPanel.columns, RowsPanel.marked)
         yield Static(id="unfilled", markup=False)
-        yield self.position.data_bind(RowsPanel.total)
 
     def on_mount(self) -> None:
         self.watch(self.table, "cursor", self._show_word, init=False)
@@ -106,35 +105,37 @@ class RowsPanel(Vertical, Working):
     def read(self, selection: Selection, patient: bool = False) -> None:
         """Read the rows of a subset in a worker, and show them unless others are requested meanwhile.
 
-        If `patient`, the worker begins after a pause. If the table is empty and all words are requested in
-        the default order, the first rows are shown early.
+        If `patient`, the worker begins after a pause. If the table is empty, the first rows of a subset
+        without a filter in the default order are shown early.
         """
         if (catalogue := self._file.reader) is None:
             return
-        ordering, total = self.ordering, self.total
+        ordering, unfiltered = self.ordering, replace(selection, where=None, parameters={})
+        total = self.total if self._unfiltered == unfiltered else None
         fields = tuple(dict.fromkeys((*self.columns, "status", ordering.column)))
         self._asked = selection
         self.report = self.border_title = _AT_WORK[ordering != self.table.ordering]
-        everything, nothing = Selection(selection.a), self.table.source is NONE
+        early = self.table.source is NONE and (selection, ordering) == (unfiltered, Ordering())
 
         def find(cancelled: Callable[[], bool]) -> Iterator[_Reading]:
             time.sleep(_PAUSE if patient else 0.0)
             if cancelled():
                 return
-            with catalogue.moment() as moment:
+            with catalogue.snapshot(cancelled) as moment:
                 gaps = _gaps(moment, selection)
-                if nothing and (selection, ordering) == (everything, Ordering()):
+                if early:
                     yield Pages(catalogue, choose(moment, selection, most=_FIRST), fields), gaps, None
-                chosen = choose(moment, selection, str(ordering), cancelled=cancelled)
-                count = len(chosen) if selection == everything else total
+                chosen = choose(moment, selection, str(ordering))
+                count = len(chosen) if selection == unfiltered else total
                 if count is None:
-                    count = len(choose(moment, everything, cancelled=cancelled))
+                    count = len(choose(moment, unfiltered))
             yield Pages(catalogue, chosen, fields), gaps, count
 
         def show(reading: _Reading) -> None:
             rows, gaps, self.total = reading
+            self._unfiltered = unfiltered
             self.table.ordering = ordering
-            self.say_gaps(*gaps)
+            self.say_gaps(gaps)
             if self.total is not None:
                 self.report = f"{len(rows):,} of {self.total:,} words"
                 self.take(rows)
@@ -142,9 +143,9 @@ class RowsPanel(Vertical, Working):
                 self.table.show(rows)
                 self._show_word()
 
-        self.in_thread("rows", find, show, self._fail)
+        self.in_thread("rows", find, show, self.fail)
 
-    def _fail(self, reason: str) -> None:
+    def fail(self, reason: str) -> None:
         """Show the error and an empty table, because the old rows belong to another subset."""
         self._show(NONE)
         self.report = reason
@@ -176,8 +177,8 @@ class RowsPanel(Vertical, Working):
         self._show(rows, place or 0)
         if alone is None or place is not None:
             self._show_word()
-        self._say_place()
-        self.position.go_on()
+        self.say_place()
+        self.go_on()
 
     def _show(self, rows: Pages, cursor: int = 0) -> None:
         self.table.show(rows, cursor)
@@ -187,7 +188,7 @@ class RowsPanel(Vertical, Working):
         """Have the word under the cursor shown; with no rows, none."""
         row = self.table.row
         self.word = None if row is None else row[0]
-        self._say_place()
+        self.say_place()
 
     def go_to(self, orbit: Orbit | None) -> None:
         """Put the cursor on the row of an orbit, now or once the row arrives."""
@@ -197,18 +198,17 @@ class RowsPanel(Vertical, Working):
             self.table.cursor = place
         elif self.reads:
             self.wanted = word
-        self._say_place()
+        self.say_place()
 
     def forget(self) -> None:
         """Show no rows, because those of another stadium are going to be read."""
         self.total = None
-        self.say_gaps("", "")
+        self.say_gaps("")
         self._show(NONE)
 
     # notes
 
-    def say_gaps(self, partial: str, gaps: str) -> None:
-        self.border_subtitle = partial
+    def say_gaps(self, gaps: str) -> None:
         note = self.query_one("#unfilled", Static)
         if note.display or gaps:  # otherwise every key would lay out the screen again
             note.display = bool(gaps)
@@ -216,22 +216,25 @@ class RowsPanel(Vertical, Working):
 
     def take_orbit(self, orbit: Orbit | None) -> None:
         self._orbit = orbit
-        self._say_place()
+        self.say_place()
 
-    def _say_place(self) -> None:
-        """Show the position of the cursor, or, if the current orbit has no row, a note that says so."""
-        orbit, aside = self._orbit, ""
+    def say_place(self) -> None:
+        """Show in the border where the cursor is, or that the current orbit has no row."""
+        orbit, rows = self._orbit, len(self.table.source)
+        total = "…" if self.total is None else f"{rows:,}"
+        place = f"{self.table.cursor + 1:,} of {total}" if rows else "no rows"
         if orbit is not None and self.alone:
             code = orbit.code if orbit.p <= _SHOWN else f"{orbit.code[:_SHOWN]}…"
-            aside = f"{code} is not {'among these rows' if orbit.stored else 'stored'}"
-        self.position.aside = aside
-        self.position.refresh()
+            place = f"{code} is not {'among these rows' if orbit.stored else 'stored'}"
+        self.border_subtitle = " │ ".join(filter(None, (self.note, place)))
 
 
-def _gaps(moment: Moment, selection: Selection) -> tuple[str, str]:
-    """Return notes on partial periods, and on periods that are not filled or lack births that are needed."""
-    missing, lacking = unfilled(moment, selection), lacking_births(moment, selection)
-    parts = [f"{missing}, or press f" if missing else "", lacking or ""]
-    partial = [str(p) for p in partial_periods(moment, selection)]
-    verb = "are" if len(partial) > 1 else "is"
-    return f"p = {', '.join(partial)} {verb} partial" if partial else "", "; ".join(filter(None, parts))
+def _gaps(moment: Connection, selection: Selection) -> str:
+    """Return notes on periods that are partial or not filled, or lack births that are needed."""
+    missing, partial = unfilled(moment, selection), [str(p) for p in partial_periods(moment, selection)]
+    parts = [
+        f"p = {', '.join(partial)} {'are' if len(partial) > 1 else 'is'} partial" if partial else "",
+        f"{missing}, or press f" if missing else "",
+        lacking_births(moment, selection) or "",
+    ]
+    return "; ".join(filter(None, parts))

@@ -43,7 +43,7 @@ def browse(filled_once, tmp_path, monkeypatch):
         child = spawn("browse", "--db", path, *arguments, columns=120, rows=40, **variables)
         child.logfile_read = io.StringIO()
         sessions.append(child)
-        child.expect("row 1 of [0-9,]+|is not stored")
+        child.expect("1 of [0-9,]+ |is not stored")
         quiet(child)
         return child
 
@@ -110,7 +110,7 @@ run()
 def test_a_failure_restores_the_terminal_and_shows_the_traceback(filled_once):
     command = [sys.executable, "-P", "-c", _FAILING]
     child = spawn("browse", "--db", filled_once, command=command, columns=200)
-    child.expect("row 1 of [0-9,]+|is not stored")
+    child.expect("1 of [0-9,]+ |is not stored")
     shown = child.before
     child.send("R")
     child.expect(pexpect.EOF)
@@ -118,6 +118,26 @@ def test_a_failure_restores_the_terminal_and_shows_the_traceback(filled_once):
     assert session.code == 1
     assert session.restored
     assert session.lines[-1] == "ZeroDivisionError: division by zero"
+
+
+_READING = """
+import time
+from orbitdb.cli.tui.panels.rows_panel import RowsPanel
+read = lambda cancelled: time.sleep(600)
+RowsPanel.action_reverse_order = lambda self: self.app.in_thread("long", read, print)
+from orbitdb.cli.main import run
+run()
+"""
+
+
+def test_a_screen_does_not_wait_for_a_thread_that_still_reads(filled_once):
+    child = spawn("browse", "--db", filled_once, command=[sys.executable, "-P", "-c", _READING])
+    child.expect("row 1 of [0-9,]+|is not stored")
+    shown = child.before
+    child.send("Rq")
+    child.expect(pexpect.EOF, timeout=60)
+    session = ended(child, (shown + child.before, 80))
+    assert (session.code, session.restored) == (0, True)
 
 
 @pytest.mark.parametrize(

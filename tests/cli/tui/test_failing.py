@@ -14,13 +14,12 @@ from orbitdb.cli.tui import statistics_screen as statistics
 from orbitdb.cli.tui.counts_screen import CountsScreen
 from orbitdb.cli.tui.export import save_orbit, write_rows
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.panels import position
+from orbitdb.cli.tui.panels import jumps
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.stored import NONE, Kept, Ordering
 from orbitdb.orbits.solve import solve_word
-from orbitdb.store.file import Reader
 from orbitdb.store.selection import Selection
 
 
@@ -29,7 +28,7 @@ def errors(app):
 
 
 def test_exports_without_their_extra_name_it_and_leave_no_file(varied, tmp_path, monkeypatch):
-    catalogue, orbit = Reader(varied), solve_word("13", 1.6)
+    catalogue, orbit = Catalogue(varied), solve_word("13", 1.6)
     few = Selection(periods=((2, 3),))
     for path, write, module, told in (
         (tmp_path / "x.parquet", partial(write_rows, catalogue, few, Ordering()), "pyarrow", "parquet"),
@@ -97,18 +96,18 @@ async def test_choices_that_cannot_be_saved_are_reported(filled_once, tmp_path):
 
 @pytest.mark.slow
 async def test_digits_typed_while_rows_are_read_take_effect_afterwards(filled, monkeypatch):
-    monkeypatch.setattr(position, "PAUSE", float("inf"))
+    monkeypatch.setattr(jumps, "PAUSE", float("inf"))
     async with browsing(filled) as (app, pilot):
         main, table = app.screen, table_of(app)
         # digits typed while rows are still being read take effect afterwards
         await press(pilot, "g")
         pages = table.source
         table.show(NONE)
-        main.rows.position.take("8")
-        assert (table.cursor, main.rows.position.note) == (0, "8 …")
+        main.rows.type("8")
+        assert (table.cursor, main.rows.note) == (0, "8 …")
         main.rows.take(pages)
         await settle(pilot)
-        assert (len(row_of(app)[0]), main.rows.position.note) == (8, "period 8")
+        assert (len(row_of(app)[0]), main.rows.note) == (8, "period 8")
 
 
 @pytest.mark.slow

@@ -67,7 +67,7 @@ async def test_the_orbit_is_followed_while_the_rows_stay(varied):
         side, facts = app.screen.side, app.screen.query_one(FactsPanel)
         await press(pilot, "j", "less_than_sign", "less_than_sign")
         assert (side.orbit.code, side.orbit.a, app.screen.query_one(OrbitDrawing).a) == ("013", 1.537, 1.537)
-        assert facts.border_title == "facts at a = 1.537"
+        assert facts.border_title == "013, p = 3, orbit, a = 1.537"
         await press(pilot, "T")
         assert (side.orbit.code, side.orbit.a) == ("310", 1.537)
         assert row_of(app)[0] == least_rotation("310")

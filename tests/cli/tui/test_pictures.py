@@ -13,8 +13,16 @@ from textual.widgets import Input
 from there import there
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.tui.panels.canvas import DOTS, Canvas, Curve, draw_curves, joined
-from orbitdb.cli.tui.panels.drawing import MOST_DRAWN, along, draw_orbit, draw_phase, path_of, phase_points
+from orbitdb.cli.tui.panels.canvas import DOTS, Canvas, Curve, draw_curves, joined, round_ticks
+from orbitdb.cli.tui.panels.drawing import (
+    MOST_DRAWN,
+    along,
+    draw_orbit,
+    draw_phase,
+    fixed_point,
+    path_of,
+    phase_points,
+)
 from orbitdb.cli.tui.panels.facts import parts_of
 from orbitdb.orbits.solve import solve_word
 from orbitdb.store.selection import Selection
@@ -56,14 +64,15 @@ def test_the_stadium_keeps_its_aspect_ratio_at_any_size(a, columns, rows):
     dots = dots_of(picture)
     width, height = np.ptp(dots, axis=0)
     assert abs(width - height * (a + 1)) <= 2 + 2 * (a + 1)
-    assert width >= DOTS[0] * columns - 4 or height >= DOTS[1] * rows - 4
+    aside = 8 if rows >= 7 else 0  # the symbols of the bounces need a margin
+    assert width >= DOTS[0] * columns - 4 - aside or height >= DOTS[1] * rows - 4 - aside
 
 
 def test_a_very_long_stadium_is_stretched_and_says_so():
     picture, true = draw_orbit(1e4, np.zeros((0, 2)), 60, 10)
     assert not true
     drawn = np.argwhere(text_of(picture) != " ")
-    assert [len(np.unique(places)) for places in drawn.T] == [10, 60]
+    assert [len(np.unique(places)) for places in drawn.T] == [10 - 2, 60 - 4]  # without the margin
 
 
 def test_a_line_has_both_ends_and_no_gaps():
@@ -150,7 +159,7 @@ def test_phase_space_names_walls():
     assert heights[1].max() < 40
 
 
-@pytest.mark.parametrize(("size", "drawn"), [((15, 5), True), ((14, 5), False), ((15, 4), False)])
+@pytest.mark.parametrize(("size", "drawn"), [((16, 5), True), ((15, 5), False), ((16, 4), False)])
 def test_curves_need_some_room(size, drawn):
     picture = draw_curves([Curve("one", "", np.arange(2.0, 8.0), np.arange(6.0), "×")], *size)
     assert bool(picture) == drawn == any("×" in text for line in picture for text, _ in line)
@@ -166,21 +175,90 @@ def test_curves_fill_their_frame_and_skip_unknown_values(size):
     if size[0] == 60:
         text = text_of(picture[:-1])
         assert text.shape == (11, 60)
-        assert (text == "×").sum() == 5
-        axis = ["".join(text[row, :7]) for row in (0, 4, 9)]
-        assert axis == [" 3.100┤", " 2.000┤", " 0.900┤"]
         periods = [int(name) for name in "".join(text[-1]).split()[1:]]
         places = np.flatnonzero(text[-1] != " ")[1:]
         assert periods == [2, 3, 4, 5, 6, 7]
-        assert places == pytest.approx(7 + 105 / 2 * (p - 2) / 5, abs=1)
-        assert sorted(np.argwhere(text == "×")[:, 1]) == np.delete(places, 1).tolist()
+        assert places == pytest.approx(8 + 103 / 2 * (p - 2) / 5, abs=1)
+        marks = {column: row for row, column in np.argwhere(text == "×").tolist()}
+        assert sorted(marks) == np.delete(places, [0, 1]).tolist()
+        ticks = {"".join(line[:8]).strip(): row for row, line in enumerate(text[:-1])}
+        assert [marks[places[place]] for place in (3, 5)] == [ticks["3"], ticks["2"]]
+
+
+def test_the_later_periods_set_the_range_and_earlier_points_are_arrows():
+    p, values = np.arange(2.0, 12.0), np.array([9.0, -7.0, 1.2, 1.0, 1.0, 1.5, 1.25, 1.0, 1.125, 1.25])
+    text = text_of(draw_curves([Curve("two", "zeta", p, values, "×")], 60, 14)[:-1])
+    (up,), (down,) = np.argwhere(text == "↑"), np.argwhere(text == "↓")
+    assert (up[0], down[0]) == (0, len(text) - 2)  # at the edges
+    assert up[1] < down[1] < np.argwhere(text == "×")[:, 1].min()
+    assert (text == "×").sum() == len(p) - 2
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "most", "ticks"),
+    [
+        (1.123, 1.172, 6, [1.13, 1.14, 1.15, 1.16, 1.17]),
+        (0.85, 1.19, 4, [0.9, 1, 1.1]),
+        (-3, 4, 2, [0]),
+        (0, 50, 6, [0, 10, 20, 30, 40, 50]),
+    ],
+)
+def test_ticks_are_round_numbers(low, high, most, ticks):
+    assert round_ticks(low, high, most) == ticks
 
 
 def test_a_curve_of_one_period_starts_at_the_axis():
     picture = draw_curves([Curve("one", "K_0", np.array([5.0]), np.array([1.0]), "×")], 60, 12)
     text = text_of(picture[:-1])
-    assert np.argwhere(text == "×")[:, 1].tolist() == [7]
+    assert np.argwhere(text == "×")[:, 1].tolist() == [8]
     assert "".join(text[-1]).split() == ["p", "5", "6"]
+
+
+def labels_of(word, a=A, size=(60, 18)):
+    """Return the symbols of a picture by row and column, the places of the bounces, and the picture."""
+    orbit = solve_word(word, a)
+    path = fixed_point(orbit) if orbit.points is None else path_of(orbit)
+    picture, _ = draw_orbit(a, path, *size, code=word)
+    text, styles = (
+        text_of(picture),
+        np.array([[style for part, style in line for _ in part] for line in picture]),
+    )
+    labels = {(row, column): text[row, column] for row, column in np.argwhere(styles == "label").tolist()}
+    return labels, np.argwhere(np.isin(text, ["•", "◆", "×"])), text
+
+
+@pytest.mark.parametrize("word", ["13", "1232131", "0132", "113", "1554455"])
+def test_each_bounce_has_its_symbol_beside_it(word):
+    labels, bounces, _ = labels_of(word)
+    assert sorted(labels.values()) == sorted(word)
+    for place, symbol in labels.items():
+        row, column = np.subtract(place, bounces[np.abs(bounces - place).max(axis=1).argmin()])
+        assert max(abs(row), abs(column)) == 1
+        assert {"0": row > 0, "2": row < 0}.get(symbol, column < 0 if symbol in "14" else column > 0) or row
+
+
+def test_long_words_have_no_symbols():
+    assert labels_of("13" * 12 + "1")[0] == {}
+
+
+def test_a_pruned_word_shows_where_its_fixed_point_leaves_the_stadium():
+    orbit = solve_word("01552", 1.0)
+    assert orbit.status == "dynamical"
+    path = fixed_point(orbit)
+    legs = np.diff(path, axis=0) / np.hypot(*np.diff(path, axis=0).T)[:, None]
+    centres = [
+        x if symbol in "02" else {"1": -1, "4": -1}.get(symbol, 1)
+        for (x, _), symbol in zip(path, "01552", strict=False)
+    ]
+    normals = path[:-1] - np.stack([centres, np.zeros(5)], axis=1)
+    turns = legs - np.roll(legs, 1, axis=0)
+    across = turns[:, 0] * normals[:, 1] - turns[:, 1] * normals[:, 0]
+    assert across == pytest.approx(0, abs=1e-9)  # the law of reflection, also beyond the joints
+    beyond = [(abs(x) > 1.0) == (symbol in "02") for (x, _), symbol in zip(path, orbit.code, strict=False)]
+    _, _, text = labels_of("01552", 1.0)
+    assert (text == "×").sum() == sum(beyond) > 0
+    assert not (labels_of("01552", 1.6)[2] == "×").any()  # there it is an orbit
+    assert len(fixed_point(solve_word("00123", 1.6))) == 0  # no path at any a
 
 
 def facts_of(orbit, partners=(), width=70):
@@ -196,12 +274,12 @@ def test_the_lines_state_everything_known_about_an_orbit():
     texts = facts_of(orbit, [(born * (1 + 1e-15), ["01234"])])
     text = " ".join(" ".join(texts).split())
     assert f", 128 bits solver {orbit.solver} symmetry class" in text
-    assert "for a > 1.15470053838" in text
-    assert "1.15470054 2 sqrt(3)/3, recognised numerically" in text
+    assert "exists a > 1.15470053838" in text
+    assert "1.15470054: 2 sqrt(3)/3, recognised numerically" in text
     assert "born at 1.15470054 with 01234" in text
     several = replace(orbit, exists=((0.0, 0.41), (0.61, 1.71), (1.81, None)))
     again = " ".join(" ".join(facts_of(several)).split())
-    assert "for a < 0.41, and for 0.61 < a < 1.71, and for a > 1.81" in again
+    assert "a < 0.41, and for 0.61 < a < 1.71, and for a > 1.81" in again
     part = texts[texts.index("symmetry class") + 1 : texts.index("bounces") - 1]
     words = dict(line.split(maxsplit=1) for line in part)
     assert words.keys() == set(members("01552"))
@@ -233,7 +311,7 @@ async def test_enter_shows_all_facts_about_the_orbit(filled_once, size):
         await press(pilot, "G")
         assert "bounces" in shown(app)
         await press(pilot, "question_mark")
-        assert "Facts" in shown(app)
+        assert "next page" in shown(app)  # of the facts
         await press(pilot, "escape", "v")
         assert "phase space" in shown(app)
         for back in ("enter", "escape", "q"):

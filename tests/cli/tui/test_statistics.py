@@ -18,9 +18,8 @@ from orbitdb.cli.tui.counts_screen import DRAWN, Count, CountsScreen
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.stored import Ordering
 from orbitdb.orbits.status import Status
-from orbitdb.store.file import Reader
+from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
-from orbitdb.store.where import never
 from orbitdb.store.writing import Writer, add_reference
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.text import with_error
@@ -35,7 +34,7 @@ def test_only_averages_of_the_first_periods_are_computed_unasked(filled_once, mo
         (((5, 6),), None, "periods 5-6: press m", [5, 6]),
         (((3, 4),), [3, 4], "", [3, 4]),
     ):
-        screen = statistics.StatisticsScreen(Reader(filled_once), Selection(periods=periods))
+        screen = statistics.StatisticsScreen(Catalogue(filled_once), Selection(periods=periods))
         found, note = screen.averages(Weight.EXPONENTIAL)
         assert (found and found["p"], note) == (first, rest)
         found, note = screen.averages(Weight.EXPONENTIAL, everything=True)
@@ -76,7 +75,7 @@ def test_bars_are_to_scale_and_small_counts_are_visible():
 
 
 def test_every_count_has_a_condition_that_chooses_its_rows(varied):
-    screen, catalogue = CountsScreen(Reader(varied), Selection(), "length"), Catalogue(varied)
+    screen, catalogue = CountsScreen(Catalogue(varied), Selection(), "length"), Catalogue(varied)
     groups, _ = screen._count(never)
     counts = [count for group in groups.values() for count in group]
     for column in ("length", "margin", "residual", "maslov", "rules"):
@@ -93,7 +92,7 @@ def test_a_value_an_ulp_outside_the_rounded_edges_is_counted(varied, tmp_path):
         "UPDATE orbit SET length = 0.0031829 WHERE length IS NOT NULL",
         "UPDATE orbit SET length = 0.0031249999999999997 WHERE cycle = (SELECT min(cycle) FROM orbit)",
     )
-    counts, _ = CountsScreen(Reader(path), Selection(), "length")._values("length", 20, never)
+    counts, _ = CountsScreen(Catalogue(path), Selection(), "length")._values("length", 20, never)
     assert counts[0].rows == Catalogue(path).count(where=counts[0].condition) > 0
 
 

@@ -26,7 +26,6 @@ from orbitdb.cli.tui.stored import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.orbits.status import Status
-from orbitdb.store.file import Reader
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import parse, primitive_root
 
@@ -92,7 +91,7 @@ def test_statistics_of_a_subset_count_only_its_words(filled):
 
     catalogue = Catalogue(filled)
     chosen = Selection(contains="13", statuses=(Status.ORBIT,))
-    found = statistics(Reader(filled), chosen)
+    found = statistics(Catalogue(filled), chosen)
     rows = list(catalogue.rows(chosen, columns=("p", "length", "lyapunov", "walls")))
     import numpy as np
 
@@ -101,9 +100,9 @@ def test_statistics_of_a_subset_count_only_its_words(filled):
     assert found["N"] == entropy(single, 7).N.tolist()
     assert found["lambda_c"] == pytest.approx(lyapunov(single, 7).lambda_c, nan_ok=True)
     assert sum(found["N_c"]) == len(rows)
-    even = statistics(Reader(filled), Selection(periods=((4, 4), (6, 6))))
+    even = statistics(Catalogue(filled), Selection(periods=((4, 4), (6, 6))))
     assert even["p"] == [4, 6]
-    whole = statistics(Reader(filled), Selection(periods=((2, 6),)))
+    whole = statistics(Catalogue(filled), Selection(periods=((2, 6),)))
     for name in ("N", "K_0", "h_zeta", "lambda_d_pair", "lambda_d_sum_rule"):
         assert even[name] == [whole[name][2], whole[name][4]]
     assert np.isfinite(curves_of(even, None)["entropy"][0].y).all()
@@ -163,7 +162,7 @@ def test_the_dialog_reads_periods_as_the_command_does():
 def test_every_kind_of_export_writes_the_shown_data(filled, tmp_path, name):
     catalogue, path, few = Catalogue(filled), tmp_path / name, Selection(periods=((2, 4),))
     if name == "rows.tsv":
-        told = write_rows(Reader(filled), few, Ordering("length", True), path)
+        told = write_rows(Catalogue(filled), few, Ordering("length", True), path)
     else:
         told = save_orbit(catalogue.find("013", a=1.6), False, path)
     assert str(path) in told

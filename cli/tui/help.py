@@ -1,0 +1,73 @@
+"""The keys that work now, by purpose, beside the screen."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import groupby
+from operator import itemgetter
+from typing import ClassVar
+
+from rich.style import Style
+from rich.table import Table
+from rich.text import Text
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import VerticalScroll
+from textual.screen import Screen
+from textual.widgets import Static
+
+PURPOSES = ("move", "choose rows", "orbit", "other")
+
+
+def purpose(name: str, *bindings: Binding) -> list[BindingType]:
+    """Return bindings that the help lists under a purpose; it leaves out Textual's own, which have none."""
+    return [replace(binding, id=name) for binding in bindings]
+
+
+def keys_by_purpose(screen: Screen[object]) -> Iterator[tuple[str, dict[str, list[Binding]]]]:
+    """Yield each purpose with the bindings of every action that serves it."""
+    active = [
+        each.binding for each in screen.active_bindings.values() if each.enabled and not each.binding.system
+    ]
+    for name in PURPOSES:
+        actions: dict[str, list[Binding]] = {}
+        for binding in active:
+            if binding.id == name:
+                actions.setdefault(binding.action, []).append(binding)
+        if actions:
+            yield name, actions
+
+
+class KeysPanel(VerticalScroll, can_focus=False):
+    """A list of the keys that work now."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"keys--key", "keys--purpose"}
+
+    _listed: tuple[list[tuple[str, str, Binding]], list[Style]] | None = None
+
+    def compose(self) -> ComposeResult:
+        yield Static()
+
+    def on_mount(self) -> None:
+        self.screen.bindings_updated_signal.subscribe(self, self.show)
+        self.app.theme_changed_signal.subscribe(self, self.show)
+        self.show()
+
+    def show(self, _: object = None) -> None:
+        """List the keys, unless the same ones are listed: a new list can give the focus to another widget."""
+        styles = [self.get_component_rich_style(f"keys--{name}", partial=True) for name in ("key", "purpose")]
+        listed = [
+            (name, " ".join(dict.fromkeys(map(self.app.get_key_display, bindings))), bindings[0])
+            for name, actions in keys_by_purpose(self.screen)
+            for bindings in actions.values()
+        ]
+        if self._listed == (listed, styles):
+            return
+        self._listed = listed, styles
+        table = Table.grid(padding=(0, 1, 0, 0))
+        table.add_column(justify="right")
+        for name, lines in groupby(listed, itemgetter(0)):
+            table.add_row("", Text(name, styles[1]))
+            for _, keys, binding in lines:
+                table.add_row(Text(keys, styles[0]), f"{binding.description} {binding.tooltip}".strip())
+            table.add_row()
+        self.query_one(Static).update(table)

@@ -1,0 +1,111 @@
+"""`Info`: what a catalogue contains, and the time and disk space that it took."""
+
+import sqlite3
+from dataclasses import dataclass
+from itertools import groupby
+from operator import attrgetter, itemgetter
+from typing import TYPE_CHECKING, Any
+
+from orbitdb.entropy.bounds import BALLS
+from orbitdb.extras import data_frame
+from orbitdb.store.connection import Connection, path_of
+from orbitdb.store.contents import room, schema_version
+from orbitdb.store.fills import read_fills, read_sweeps
+from orbitdb.store.lives import read_birth_fills
+from orbitdb.store.lookup import a_values
+from orbitdb.store.results import bounds_by_a, level_windows, trajectories
+from orbitdb.store.selection import written_periods
+from orbitdb.text import exact, gigabytes, several
+
+if TYPE_CHECKING:
+    import pandas
+
+COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
+           "seconds", "enumerating", "solving", "storing")  # fmt: skip
+_OF_FILL = attrgetter("p", "state", "words", "n_t", "n_c", "boundary", "unresolved",
+                     "seconds", "enumerating", "solving", "storing")  # fmt: skip
+_OF_TALLY = attrgetter("words", "n_c", "boundary", "unresolved")
+_FEW = 4
+"""If the entropy is bounded at more values of a than this, only those with filled periods are listed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Info:
+    """What a catalogue contains.
+
+    Attributes
+    ----------
+    facts : list of (str, str)
+        The path, the size and the contents, each with its name.
+    columns : tuple of str
+    rows : list of tuple
+        One row per filled or swept period, in order of a and p, with the processor times in seconds. All the
+        processor time of a sweep is under ``solving``.
+    """
+
+    facts: list[tuple[str, str]]
+    columns: tuple[str, ...]
+    rows: list[tuple[Any, ...]]
+
+    def __repr__(self) -> str:
+        return f"<{several(len(self.rows), 'filled or swept period')}; print() shows more>"
+
+    def __str__(self) -> str:
+        width = max((len(name) for name, _ in self.facts), default=0)
+        return "\n".join(f"{name.ljust(width)}  {text}" for name, text in self.facts)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the periods as a data frame (extra ``pandas``)."""
+        return data_frame(self.rows, self.columns)
+
+
+def read_info(moment: Connection, facts: bool = True) -> Info:
+    """Return what a catalogue contains (`Catalogue.info`)."""
+    rows = [row for a in a_values(moment) for row in _periods(moment, a)]
+    return Info(_facts(moment) if facts else [], COLUMNS, sorted(rows, key=itemgetter(0, 1)))
+
+
+def _periods(moment: Connection, a: float) -> list[tuple[Any, ...]]:
+    """Return one row per filled or swept period at a given a."""
+    fills = read_fills(moment, a)
+    rows = [(a, *_OF_FILL(fill)) for fill in fills]
+    filled = {fill.p for fill in fills if fill.whole}
+    for sweep in read_sweeps(moment, a):
+        if sweep.p not in filled:
+            counts = _OF_TALLY(sweep.tally) if sweep.whole else (None,) * 4
+            state = "swept" if sweep.whole else "sweeping"
+            rows.append((a, sweep.p, state, 0, *counts, sweep.seconds, None, sweep.processor, None))
+    return rows
+
+
+def _facts(moment: Connection) -> list[tuple[str, str]]:
+    """Return the path, size and contents of the catalogue as pairs of a name and a text."""
+    path = path_of(moment).resolve()
+    size = gigabytes(path.stat().st_size if path.exists() else 0)
+    facts = [("catalogue", str(path)), ("schema", str(schema_version(moment))), ("size", size)]
+    facts.append(("SQLite", sqlite3.sqlite_version))
+    for name, (count, each) in room(moment).items():
+        facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
+    if born := [fill.p for fill in read_birth_fills(moment) if fill.whole]:
+        facts.append(("births", written_periods(born)))
+    for a, ranges in groupby(level_windows(moment), key=itemgetter(0)):
+        parts = [f"{parity} k = {low:g}..{high:g} ({count})" for _, parity, low, high, count in ranges]
+        facts.append(("levels", f"a = {exact(a)}: {', '.join(parts)}"))
+    for a, count, bounces in trajectories(moment):
+        facts.append(("simulated", f"a = {exact(a)}: {several(count, 'average')}, up to {bounces} bounces"))
+    return facts + _enclosures(moment)
+
+
+def _enclosures(moment: Connection) -> list[tuple[str, str]]:
+    """Return lines with the proved bounds on the entropy; if there are many a, only those that are filled."""
+    curve, filled = bounds_by_a(moment), a_values(moment, ["fill"])
+    listed = [bounds for bounds in curve if len(curve) <= _FEW or bounds.a in filled]
+    lines = [
+        f"a = {exact(bounds.a)}: {bounds.between}, {bounds.window} edges{', balls' * (bounds.proof == BALLS)}"
+        for bounds in listed
+    ]
+    if others := [bounds.a for bounds in curve if bounds not in listed]:
+        lines.append(
+            f"enclosed at {len(others)} other values of a from {exact(others[0])} to {exact(others[-1])}"
+        )
+    return [("entropy", text) for text in lines]

@@ -1,0 +1,234 @@
+"""`Listing`: rows of chosen subsets, read when they are asked for, and what a reader must know about them."""
+
+import heapq
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import cmp_to_key
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from orbitdb import __version__
+from orbitdb.answers.completeness import (
+    complete_by_length,
+    gaps,
+    nothing,
+    partial_periods,
+)
+from orbitdb.answers.export import check_target, form_of, write_file
+from orbitdb.answers.results import MOST_ROWS, Result
+from orbitdb.columns import Row
+from orbitdb.extras import data_frame
+from orbitdb.store.connection import Connection, path_of
+from orbitdb.store.query import choose, parse_order
+from orbitdb.store.rows import COLUMNS, Chosen, rows_of
+from orbitdb.store.selection import Selection, unknown_column
+from orbitdb.text import exact, several
+
+if TYPE_CHECKING:
+    import pandas
+
+_NATURAL = ("p", "representative", "element")
+"""The columns that decide the order of rows with equal sort keys."""
+
+_falling: Callable[[Any], Any] = cmp_to_key(
+    lambda one, other: 0 if one == other else 1 if one < other else -1
+)
+"""Sort key for descending order."""
+
+
+@dataclass(eq=False, repr=False)
+class Listing:
+    """The rows of a subset, or of a subset at several values of a, merged into one order.
+
+    Nothing is read before it is asked for. Outside a snapshot, each question reads the file as it then is.
+
+    Attributes
+    ----------
+    selections : tuple of Selection
+        What was chosen, once for each a.
+    columns : tuple of str
+        The columns of the rows.
+    order : str
+        The columns to sort by.
+    limit, offset : int or None, int
+        Maximum number of rows, and number of rows skipped first; both at each a.
+    classes : bool
+        Whether each symmetry class with chosen words has one row, that of its representative.
+
+    Examples
+    --------
+    >>> listing = catalogue.rows(p="2-11", order="length", limit=2, columns=("code", "length"))
+    >>> [code for code, _ in listing], listing.total
+    (['13', '013'], 89789)
+    >>> listing.complete[0].partition(";")[0]
+    'complete, by proof, up to length 11.26'
+    """
+
+    _snapshot: Callable[[], AbstractContextManager[Connection]]
+    _apart: Callable[[], AbstractContextManager[Connection]]
+    selections: tuple[Selection, ...]
+    columns: tuple[str, ...]
+    order: str = "p"
+    limit: int | None = None
+    offset: int = 0
+    classes: bool = False
+    _read: tuple[Connection, bool, list[Chosen]] | None = field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        for name in self.columns:
+            if name not in COLUMNS:
+                raise unknown_column(name, COLUMNS)
+        parse_order(self.order)  # refuses unknown columns, too
+
+    def __iter__(self) -> Iterator[Row]:
+        """Yield the rows; missing values are None."""
+        return self._rows(self._end)
+
+    def head(self, most: int = MOST_ROWS) -> Iterator[Row]:
+        """Yield the first rows."""
+        end = self.offset + most
+        return islice(self._rows(end if self._end is None else min(end, self._end)), most)
+
+    def _rows(self, end: int | None) -> Iterator[Row]:
+        with self._apart() as moment:
+            subsets = self._subsets(moment)
+            if len(subsets) > 1:
+                yield from self._merged(moment, subsets, end)
+            else:
+                yield from rows_of(moment, subsets[0], self.columns, self.offset, end)
+
+    @property
+    def total(self) -> int:
+        """Number of rows without limit and offset."""
+        with self._snapshot() as moment:
+            return sum(map(len, self._subsets(moment, counted=True)))
+
+    @property
+    def empty(self) -> bool:
+        """Whether no row is stored."""
+        return not self.total
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is missing: partial or unfilled periods, births, or all rows; one line each."""
+        with self._snapshot() as moment:
+            absent = self.absent  # first, because it refuses a wrong expression
+            lines: list[str] = []
+            for chosen in self.selections:
+                lines += gaps(moment, chosen, names=self.columns, order=self.order)
+            return (*lines, *absent)
+
+    @property
+    def absent(self) -> tuple[str, ...]:
+        """The last of the notes if there is no row: that nothing is found, a line for each a."""
+        if not self.empty:
+            return ()
+        with self._snapshot() as moment:
+            return tuple(filter(None, (nothing(moment, chosen) for chosen in self.selections)))
+
+    @property
+    def complete(self) -> tuple[str, ...]:
+        """Up to which length orbits that a length sorts or bounds are complete, a line for each a."""
+        if self.empty:
+            return ()
+        with self._snapshot() as moment:
+            lines = [(one.a, complete_by_length(moment, one, self.order)) for one in self.selections]
+        at = "at a = {}: " if len(lines) > 1 else ""
+        return tuple(f"{at.format(exact(a))}{line}" for a, line in lines if line)
+
+    def describe(self, total: int | None = None) -> str:
+        """Describe the chosen rows in one line, with their number if it is given."""
+        first, values = self.selections[0], [chosen.a for chosen in self.selections]
+        if not self.classes:
+            return first.describe(values, total)
+        number = "classes" if total is None else several(total, "class", "classes")
+        return f"{number} of {first.describe(values)}"
+
+    def provenance(self, many: bool | None = None) -> dict[str, Any]:
+        """Return where the rows come from; if `many`, a and the partial periods have an item for each a."""
+        values = [chosen.a for chosen in self.selections]
+        many = len(values) > 1 if many is None else many
+        with self._snapshot() as moment:
+            partial = [partial_periods(moment, chosen) for chosen in self.selections]
+            database = str(path_of(moment).resolve())
+        return {
+            "orbitdb": __version__,
+            "selection": self.describe(),
+            "a": values if many else values[0],
+            "database": database,
+            "date": datetime.now(UTC).isoformat(timespec="seconds"),
+            "partial": partial if many else partial[0],
+        }
+
+    def write(self, path: Path | str, form: str | None = None, *, force: bool = False) -> int:
+        """Write the rows, with all digits, and where they come from; return the number of rows.
+
+        Parameters
+        ----------
+        path : path-like
+            A file whose name ends in .csv, .tsv, .json, .jsonl or .parquet (extra ``parquet``). Those that
+            are text get a second file for their provenance, such as ``orbits.csv-metadata.json``.
+        form : str, optional
+            The format, if the name does not say which.
+        force : bool, optional
+            Whether to replace an existing file.
+        """
+        file = Path(path)
+        kind = form_of(file, form)
+        check_target(file, force)
+        with self._snapshot():
+            return write_file(file, kind, self.columns, self, self.provenance())
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the rows as a data frame (extra ``pandas``)."""
+        frame = data_frame(list(self), self.columns)
+        frame.attrs |= {"selection": self.describe()}
+        return frame
+
+    def __repr__(self) -> str:
+        return f"<{self.describe()}: {', '.join(self.columns)}>"
+
+    def _repr_html_(self) -> str:
+        with self._snapshot():
+            rows = list(self.head())
+            columns = {name: [row[place] for row in rows] for place, name in enumerate(self.columns)}
+            facts, notes = (self.describe(self.total),), (*self.notes, *self.complete)
+        return Result(self.selections[0], columns, facts, notes)._repr_html_()
+
+    @property
+    def _end(self) -> int | None:
+        return None if self.limit is None else self.limit + self.offset
+
+    def _subsets(self, moment: Connection, counted: bool = False) -> list[Chosen]:
+        """Return the subset at each a, with all its words if `counted`, else with those up to the limit.
+
+        What was found is kept for further questions at the same moment.
+        """
+        counted = counted or self._end is None
+        if self._read is None or self._read[0] is not moment or counted > self._read[1]:
+            subsets = [
+                choose(moment, one, self.order, most=self._end, counted=counted, by_class=self.classes)
+                for one in self.selections
+            ]
+            self._read = moment, counted, subsets
+        return self._read[2]
+
+    def _merged(self, moment: Connection, subsets: Sequence[Chosen], end: int | None) -> Iterator[Row]:
+        """Merge the rows at several a; empty fields come last, whether the order ascends or descends."""
+        falling = parse_order(self.order)
+        for name in _NATURAL:
+            falling.setdefault(name, False)
+        width = len(self.columns)
+
+        def place(row: Row) -> tuple[Any, ...]:
+            keys = zip(row[width:], falling.values(), strict=True)
+            return tuple(
+                (value is None, _falling(value) if falls and value is not None else value)
+                for value, falls in keys
+            )
+
+        streams = (rows_of(moment, chosen, (*self.columns, *falling), self.offset, end) for chosen in subsets)
+        return (row[:width] for row in heapq.merge(*streams, key=place))

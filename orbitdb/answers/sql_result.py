@@ -1,0 +1,65 @@
+"""`SqlResult`: the rows of a statement that a user wrote."""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from orbitdb.columns import Row
+from orbitdb.extras import data_frame
+from orbitdb.store.connection import Connection
+from orbitdb.store.where import CODES_ARE_TEXTS, reads_codes, run_statement
+from orbitdb.text import shortened
+
+if TYPE_CHECKING:
+    import pandas
+
+
+@dataclass(eq=False, repr=False)
+class SqlResult:
+    """The columns and rows of one SELECT statement, read when they are asked for.
+
+    Attributes
+    ----------
+    statement : str
+    parameters : mapping
+        Values for the names in the statement.
+    """
+
+    _snapshot: Callable[[], AbstractContextManager[Connection]]
+    _apart: Callable[[], AbstractContextManager[Connection]]
+    statement: str
+    parameters: Mapping[str, str | int | float]
+    _begun: tuple[Connection, tuple[str, ...], Iterator[Row]] | None = field(default=None, init=False)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The names of the columns."""
+        with self._snapshot() as moment:
+            return self._run(moment)[0]
+
+    @property
+    def absent(self) -> str:
+        """What to say if the statement finds no row; if it reads codes, also how to write them."""
+        return f"no rows; {CODES_ARE_TEXTS}" if reads_codes(self.statement) else "no rows"
+
+    def __iter__(self) -> Iterator[Row]:
+        """Yield the rows; BLOBs become hexadecimal digits."""
+        with self._apart() as moment:
+            _, rows = self._run(moment)
+            self._begun = None
+            yield from rows
+
+    def _run(self, moment: Connection) -> tuple[tuple[str, ...], Iterator[Row]]:
+        """Begin to run the statement, unless it has been begun at this moment."""
+        if self._begun is None or self._begun[0] is not moment:
+            self._begun = moment, *run_statement(moment, self.statement, self.parameters)
+        return self._begun[1:]
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return the rows as a data frame (extra ``pandas``)."""
+        with self._snapshot():
+            return data_frame(list(self), self.columns)
+
+    def __repr__(self) -> str:
+        return f"<rows of {shortened(self.statement)!r}>"

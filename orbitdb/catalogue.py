@@ -1,0 +1,1443 @@
+"""`Catalogue`, the main class of the library: a database of periodic orbits to fill, query and check."""
+
+import math
+import threading
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, suppress
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
+
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import AlteredError, InputError, StoreError, need_whole
+from orbitdb.extras import Rows
+from orbitdb.orbits.orbit import Orbit
+from orbitdb.progress import Tell, nobody, telling
+from orbitdb.store.connection import ClosedError, Connection, never
+from orbitdb.store.file import Store
+from orbitdb.store.lookup import (
+    WITH_ORBITS,
+    a_meant,
+    a_values,
+    born_with,
+    certificate_of,
+    find_word,
+    meant,
+    with_existence,
+)
+from orbitdb.store.paths import default_path, home_expanded
+from orbitdb.store.selection import (
+    Criteria,
+    Selection,
+    SelectionError,
+    chosen_by,
+    chosen_periods,
+    fillable,
+    with_criteria,
+)
+from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
+
+if TYPE_CHECKING:
+    import numpy as np
+    import sqlalchemy
+    from numpy.typing import ArrayLike
+
+    from orbitdb.answers.completeness import Counted
+    from orbitdb.answers.dataset import Dataset
+    from orbitdb.answers.field import FieldOrbits
+    from orbitdb.answers.identification import Candidates, Trajectory
+    from orbitdb.answers.info import Info
+    from orbitdb.answers.listing import Listing
+    from orbitdb.answers.results import Births, Result
+    from orbitdb.answers.scars import Scar
+    from orbitdb.answers.sql_result import SqlResult
+    from orbitdb.answers.subset import Subset
+    from orbitdb.entropy.bounds import EntropyBounds
+    from orbitdb.entropy.proof import Proof
+    from orbitdb.filling.estimate import Need
+    from orbitdb.filling.workers import Workers
+    from orbitdb.orbits.exponents import OrbitClasses
+    from orbitdb.quantum.length_spectrum import Spectrum
+    from orbitdb.quantum.levels import Levels
+    from orbitdb.quantum.missing_levels import Assessment
+    from orbitdb.quantum.weyl import Parity
+    from orbitdb.store.contents import Contents
+    from orbitdb.store.file import Migration
+    from orbitdb.store.fills import Fill, Sweep
+    from orbitdb.store.lives import BirthFill
+    from orbitdb.trajectories.ensemble import Reference
+    from orbitdb.trajectories.pruning_front import PruningFront
+    from orbitdb.verification.verify import Verification
+
+_Answer = TypeVar("_Answer")
+
+_SHOWN = 4
+"""Maximum number of further values of ``a`` in a repr."""
+
+
+class Catalogue:
+    """A database of the periodic orbits of stadium billiards.
+
+    Parameters
+    ----------
+    path : path-like, optional
+        The file; by default the one that ``ORBITDB_DB`` names, or else ``orbits.db`` in your data folder.
+    a : float, optional
+        Half length of the stadium; all methods take another one as ``a``. If you give none, it is the only
+        value with stored orbits, or else 1.6.
+    missing_ok : bool, optional
+        Whether a missing file is an empty catalogue; `create` makes one in which something can be stored.
+
+    Raises
+    ------
+    StoreError
+        If there is no catalogue at the path, unless `missing_ok`, or if this version cannot read it.
+
+    Examples
+    --------
+    >>> catalogue = Catalogue("orbits.db", a=1.6)
+    >>> catalogue
+    <Catalogue orbits.db: periods 2-11 at a = 1.6>
+    >>> round(catalogue["1232131"].length, 9), "1232131" in catalogue, len(catalogue)
+    (22.454362411, True, 89789)
+    >>> print(catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35)))
+    <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
+
+    Each question reads the file as it is at that moment; `snapshot` asks several questions at one moment. If
+    another file takes its place, the next question reads that one. The file stays open, but unlocked, until
+    you close the catalogue or delete it.
+    """
+
+    # the file
+
+    def __init__(
+        self, path: Path | str | None = None, a: float | None = None, *, missing_ok: bool = False
+    ) -> None:
+        self._a = None if a is None else Stadium(a).a
+        self._missing_ok = missing_ok
+        self._file = Store(path, missing_ok)
+        self._of_thread = threading.local()
+
+    @classmethod
+    def create(cls, path: Path | str | None = None, a: float | None = None) -> Self:
+        """Open a catalogue; create a missing one first, and upgrade an old one to the latest schema."""
+        cls.migrate(path)
+        return cls(path, a)
+
+    @staticmethod
+    def migrate(path: Path | str | None = None) -> "Migration":
+        """Create a missing catalogue, or upgrade an old one; return its schema before and after, 0 if new."""
+        from orbitdb.store.file import migrate
+
+        return migrate(default_path() if path is None else home_expanded(path))
+
+    @property
+    def path(self) -> Path:
+        """Absolute path of the file."""
+        return self._file.path
+
+    @property
+    def missing(self) -> bool:
+        """Whether there is no file yet (`missing_ok`)."""
+        return not self._file.there()
+
+    @property
+    def a(self) -> float:
+        """Half length of the default stadium; it does not change once it has been determined.
+
+        Raises
+        ------
+        InputError
+            If you gave none, and orbits are stored at several values of ``a`` but not at 1.6.
+        """
+        if self._a is None:
+            with self.snapshot() as moment:
+                self._a = a_meant(moment)
+        return self._a
+
+    @contextmanager
+    def snapshot(self, cancelled: Callable[[], bool] = never) -> Iterator[Connection]:
+        """Let all questions in a ``with`` block see the file at one moment, whatever others write meanwhile.
+
+        A snapshot within another one, in the same thread, joins it.
+
+        Parameters
+        ----------
+        cancelled : callable, optional
+            Called now and then during long questions; if it returns True, `CancelledError` is raised.
+
+        Examples
+        --------
+        >>> with catalogue.snapshot():
+        ...     catalogue.count(p=5) == catalogue.table(p=5)["N_t"][0]
+        True
+        """
+        before = getattr(self._of_thread, "moment", None)
+        with self._moment(cancelled) as moment:
+            self._of_thread.moment = moment
+            try:
+                yield moment
+            finally:
+                self._of_thread.moment = before
+
+    def _moment(self, cancelled: Callable[[], bool] = never) -> AbstractContextManager[Connection]:
+        """Return the moment of this thread's snapshot, or else a new one, which a generator may keep open."""
+        opened: Connection | None = getattr(self._of_thread, "moment", None)
+        return self._file.snapshot(cancelled) if opened is None else _joined(opened)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; a further question opens it again."""
+        self._file.close()
+
+    @property
+    def engine(self) -> "sqlalchemy.Engine":
+        """SQLAlchemy's engine for SQL of your own, such as ``pandas.read_sql(query, catalogue.engine)``.
+
+        Its connections read the tables and views of `orbitdb sql`, and know ``code()`` and ``contains()``;
+        they cannot write.
+        """
+        return self._file.engine
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle only the arguments; the copy opens the file itself."""
+        return partial(type(self), missing_ok=self._missing_ok), (self.path, self._a)
+
+    def __repr__(self) -> str:
+        try:
+            with self.snapshot() as moment:
+                contents = self._contents(moment)
+        except StoreError as error:
+            contents = str(error)
+        return f"<Catalogue {self.path.name}: {contents}>"
+
+    def _contents(self, moment: Connection) -> str:
+        """Return one line that says which periods are filled, beginning with the default ``a``."""
+        from orbitdb.answers.completeness import describe_fills
+        from orbitdb.store.fills import read_fills
+
+        values = a_values(moment, WITH_ORBITS)
+        try:
+            own = [meant(values) if self._a is None else self._a]
+        except InputError:
+            own = []
+        others = [a for a in values if a not in own]
+        parts = [describe_fills(read_fills(moment, a), a) for a in (*own, *others[:_SHOWN])]
+        return "; ".join(parts) + (f"; and at {len(others) - _SHOWN} more" if len(others) > _SHOWN else "")
+
+    # what is stored
+
+    def info(self, *, facts: bool = True) -> "Info":
+        """Return what the file contains, and the time and disk space that it took.
+
+        Without `facts`, return only the filled and swept periods; the sizes of rows take long in large files.
+        """
+        from orbitdb.answers.info import read_info
+
+        with self.snapshot() as moment:
+            return read_info(moment, facts)
+
+    def sql(self, statement: str, parameters: Mapping[str, str | int | float] | None = None) -> "SqlResult":
+        """Return the rows of one SELECT statement, over all values of ``a``, read on demand.
+
+        The statement can read the views ``catalogue`` (one row per word), ``class`` (one row per class) and
+        ``life`` (births and deaths). It cannot write, and is stopped after a minute.
+
+        Parameters
+        ----------
+        statement : str
+        parameters : mapping, optional
+            Values for the names (``:name``) in the statement.
+
+        Examples
+        --------
+        >>> [*catalogue.sql("SELECT max(p) FROM catalogue WHERE a = :a", {"a": 1.6})]
+        [(11,)]
+        """
+        from orbitdb.answers.sql_result import SqlResult
+
+        return SqlResult(self.snapshot, self._moment, statement, parameters or {})
+
+    def a_values(self, *, orbits: bool = False, with_levels: bool = False) -> list[float]:
+        """Return the stored values of ``a`` in order.
+
+        With `orbits`, only those with orbits or sweeps; `with_levels`, also those with levels alone.
+        """
+        if with_levels:
+            from orbitdb.verification.verify import verifiable
+
+            with self.snapshot() as moment:
+                return verifiable(moment)
+        with self.snapshot() as moment:
+            return a_values(moment, WITH_ORBITS if orbits else ())
+
+    def fills(self, *, a: float | None = None) -> "Rows[Fill]":
+        """Return the fills at a given ``a``, in order of period."""
+        from orbitdb.store.fills import read_fills
+
+        with self.snapshot() as moment:
+            return Rows(read_fills(moment, self._at(a)))
+
+    def birth_fills(self) -> "Rows[BirthFill]":
+        """Return how far births and deaths are stored, period by period."""
+        from orbitdb.store.lives import read_birth_fills
+
+        with self.snapshot() as moment:
+            return Rows(read_birth_fills(moment))
+
+    def births(self, p: int) -> "Births":
+        """Return the ranges of ``a`` in which the classes of a period are orbits, in order of birth.
+
+        The list is empty if no births of the period are stored (`fill_births`).
+
+        Raises
+        ------
+        InputError
+            If no catalogue can have births of the period.
+        """
+        from orbitdb.answers.results import Births
+        from orbitdb.store.lives import read_lives
+
+        period = need_whole("p", p, -math.inf)
+        fillable([(period, period)])
+        with self.snapshot() as moment:
+            return Births(read_lives(moment, period))
+
+    def entropy_bounds(self, *, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
+        """Return the tightest bounds on the topological entropy that `prove_bounds` stored, or None.
+
+        Parameters
+        ----------
+        proof : str, optional
+            ``doubles`` or ``balls``, for bounds proved in this arithmetic only; by default in either.
+        """
+        from orbitdb.store.results import tightest_bounds
+
+        with self.snapshot() as moment:
+            return tightest_bounds(moment, self._at(a), proof)
+
+    def entropy_curve(self, *, proof: str | None = None) -> "Rows[EntropyBounds]":
+        """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
+        from orbitdb.store.results import bounds_by_a
+
+        with self.snapshot() as moment:
+            return Rows(bounds_by_a(moment, proof))
+
+    def reference(self, *, a: float | None = None) -> "Reference | None":
+        """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
+        from orbitdb.store.results import best_reference
+
+        with self.snapshot() as moment:
+            return best_reference(moment, self._at(a))
+
+    def sweeps(self, *, a: float | None = None) -> "Rows[Sweep]":
+        """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
+        from orbitdb.store.fills import read_sweeps
+
+        with self.snapshot() as moment:
+            return Rows(read_sweeps(moment, self._at(a)))
+
+    def contents(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
+        """Return what is stored at a given ``a``, in some periods or in all; `delete` would delete it."""
+        from orbitdb.store.contents import contents
+
+        chosen = chosen_by(a=a, p=p)
+        with self.snapshot() as moment:
+            return contents(moment, chosen.a, chosen.periods)
+
+    # one word
+
+    def find(self, word: str, *, a: float | None = None) -> Orbit | None:
+        """Return the stored orbit of a primitive word, in the given rotation, or None if it is not stored.
+
+        The word consists of symbols 0 to 5, or is in run notation; otherwise a `WordError` is raised.
+        """
+        symbols = parse(word)
+        with self.snapshot() as moment:
+            return find_word(moment, symbols, self._at(a))
+
+    def __contains__(self, word: object) -> bool:
+        """Tell whether a word is stored, whatever its rotation and status."""
+        try:
+            return isinstance(word, str) and self.find(word) is not None
+        except WordError:
+            return False
+
+    def __getitem__(self, word: str) -> Orbit:
+        """Return the orbit of a word, in the given rotation, whatever its status.
+
+        A word that is not stored is solved on the spot; its orbit has ``stored`` false. A word that repeats a
+        shorter one raises a `KeyError`, and a text that is not a word a `WordError`.
+        """
+        symbols = parse(word)
+        if not is_primitive(symbols):
+            raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for the shorter word")
+        return self.orbit(symbols)
+
+    def orbit(self, word: str, *, a: float | None = None, exists: bool = False) -> Orbit:
+        """Return the orbit of a primitive word at a given ``a``, stored or solved on the spot.
+
+        With `exists`, the ranges of ``a`` in which it exists are computed if they are not stored.
+        """
+        at = self._at(a)
+        orbit = self.find(word, a=at)
+        if orbit is None:
+            from orbitdb.orbits.solve import solve_word
+
+            orbit = solve_word(parse_primitive(word), at)
+        return with_existence(orbit) if exists else orbit
+
+    def born_with(self, orbit: Orbit) -> list[tuple[float, list[str]]]:
+        """Return the stored births of an orbit, each with the classes that are born on the same path.
+
+        They are given by their representatives. Classes with another period are left out.
+        """
+        with self.snapshot() as moment:
+            return born_with(moment, orbit)
+
+    def certificate(self, orbit: Orbit) -> tuple[float, int] | None:
+        """Return the radius and the number of bits of the stored proof of an orbit, or None."""
+        with self.snapshot() as moment:
+            return certificate_of(moment, orbit.representative, orbit.a)
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the stored words, as least rotations, in order of period."""
+        return (word for (word,) in self.rows(columns=("code",)))
+
+    def __len__(self) -> int:
+        """Return the number of stored words, not counting geometrically pruned ones."""
+        return self.count()
+
+    def __bool__(self) -> bool:
+        return True
+
+    # chosen subsets
+
+    @with_criteria
+    def rows(
+        self,
+        selection: "Selection | Sequence[Selection] | None" = None,
+        *,
+        columns: Sequence[str] | None = None,
+        order: str = "p",
+        limit: int | None = None,
+        offset: int = 0,
+        classes: bool = False,
+        **criteria: Unpack[Criteria],
+    ) -> "Listing":
+        """Return the rows of a subset, one per word, chosen by a `Selection` or by the criteria of `select`.
+
+        Iterating over the result reads the rows; it also says how many there are, and what is missing.
+
+        Parameters
+        ----------
+        selection : Selection or sequence of Selection, optional
+            The subset, or one for each of several a; you can give criteria instead, and several values as
+            ``a``.
+        columns : sequence of str, optional
+            Names of columns of the view ``catalogue``, by default all, or ``coordinates``.
+        order : str, optional
+            Columns to sort by, separated by commas; ``desc`` after a name, or ``-`` before it, reverses the
+            order. Ties are broken by period, representative and element, in ascending order.
+        limit, offset : int, optional
+            Maximum number of rows to yield, and number of rows to skip first, both at each a.
+        classes : bool, optional
+            Whether to return one row per symmetry class with chosen words, that of its representative.
+
+        Examples
+        --------
+        >>> for code, length in catalogue.rows(p="2-11", order="length", limit=2, columns=("code", "length")):
+        ...     print(code, round(length, 6))
+        13 10.4
+        013 10.850685
+        """
+        from orbitdb.answers.listing import Listing
+        from orbitdb.store.query import COLUMNS
+
+        first = need_whole("offset", offset, 0)
+        most = None if limit is None else need_whole("limit", limit, 0)
+        chosen = self._several(selection, criteria)
+        names = COLUMNS if columns is None else tuple(columns)
+        return Listing(self.snapshot, self._moment, chosen, names, order, most, first, classes)
+
+    @with_criteria
+    def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
+        """Return the number of words in a chosen subset, given as in `select`."""
+        from orbitdb.store.query import choose
+
+        return len(self._answer(choose, selection, criteria))
+
+    @with_criteria
+    def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Counted":
+        """Return the counts of the paper's Table 1, taken from a fill, a sweep, or births.
+
+        The only parameters are ``a`` and ``p``; by default, it counts all stored periods.
+        """
+        from orbitdb.answers.completeness import count
+
+        return self._answer(count, selection, criteria)
+
+    @with_criteria
+    def select(
+        self,
+        selection: Selection | None = None,
+        *,
+        order: str = "p",
+        limit: int | None = None,
+        coordinates: bool = False,
+        classes: bool = False,
+        **criteria: Unpack[Criteria],
+    ) -> "Subset":
+        """Return a chosen subset as arrays, one entry per word.
+
+        Parameters
+        ----------
+        selection : Selection, optional
+            The subset; you can give the criteria below instead.
+        order : str, optional
+            Columns to sort by, as in `rows`.
+        limit : int, optional
+            Maximum number of entries; the subset knows how many there are in all (`Subset.total`).
+        coordinates : bool, optional
+            Whether to read the coordinates at once; otherwise they are read when they are needed.
+        classes : bool, optional
+            Whether to return one entry per symmetry class with chosen words, its representative.
+        a : float, optional
+            Half length of the stadium; by default the catalogue's.
+        p : int, str or iterable of int, optional
+            A period, several periods such as ``range(2, 6)``, or a text such as ``2,3,5-7``.
+        status : Status, str or iterable of them, optional
+            One or more statuses; a text such as ``orbit,boundary`` can name several.
+        time_reversal, symmetry, contains, where, parameters : optional
+            As in `Selection`.
+        without : str or iterable of str, optional
+            Patterns of symbols that the words must not contain, read cyclically, such as ``"0202"``.
+        exists, not_at : float or iterable of float, optional
+            Values of ``a`` at which the words must be orbits, and at which they must not be.
+        length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float, float), optional
+            Least and greatest value, or None for no limit, as in ``length=(3, None)``.
+        walls : int or (int, int), optional
+            Number of bounces on straight walls, or its least and greatest value.
+
+        Raises
+        ------
+        SelectionError
+            If a criterion is invalid.
+
+        Examples
+        --------
+        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).code
+        array(['13', '013', '031', '132', '123'], dtype=StringDType())
+        """
+        from orbitdb.answers.subset import read_subset
+
+        most = None if limit is None else need_whole("limit", limit, 0)
+        return self._answer(read_subset, selection, criteria, order, coordinates, classes, most)
+
+    @with_criteria
+    def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "OrbitClasses":
+        """Return the symmetry classes of chosen orbits, each with the number of its words in the subset.
+
+        The parameters are those of `select`. Orbits through a joint are included if you ask for their status.
+        """
+        from orbitdb.answers.whole_periods import read_classes
+
+        return self._answer(read_classes, selection, criteria)
+
+    @with_criteria
+    def table(
+        self, selection: "Selection | Sequence[Selection] | None" = None, **criteria: Unpack[Criteria]
+    ) -> "Result":
+        """Return the paper's Table 1: the numbers of words and orbits by period, and the entropy K_0.
+
+        The only parameters are ``a``, one or several, and ``p``; `Subset.table` counts the rows of other
+        subsets. If a period is not filled, its counts come from a sweep or from births.
+
+        Examples
+        --------
+        >>> catalogue.table(p="2-4")["N_c"]
+        [1, 8, 32]
+        """
+        from orbitdb.answers.entropy import table
+
+        return self._result(table, selection, criteria)
+
+    @with_criteria
+    def entropy(
+        self, selection: "Selection | Sequence[Selection] | None" = None, **criteria: Unpack[Criteria]
+    ) -> "Result":
+        """Return the topological entropy estimated from chosen orbits, by period, and proved bounds on it.
+
+        The parameters are those of `select`; several ``a`` give one table, with ``a`` as its first column.
+
+        Examples
+        --------
+        >>> [round(h, 4) for h in catalogue.entropy(p="2-11")["h_zeta"][-2:]]
+        [1.1629, 1.1611]
+        """
+        from orbitdb.answers.entropy import entropy
+
+        return self._result(entropy, selection, criteria)
+
+    @with_criteria
+    def lyapunov(
+        self,
+        selection: "Selection | Sequence[Selection] | None" = None,
+        *,
+        weight: str = "exp",
+        cut: float | None = None,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "Result":
+        """Return the Lyapunov exponents averaged over orbits chosen as in `select`, by period and method.
+
+        Several ``a`` give one table, with ``a`` as its first column.
+
+        Parameters
+        ----------
+        weight : str, optional
+            ``exp`` for weights e^-lambda, as in the paper; ``det`` for weights ``1/|det(1 - M)|``.
+        cut : float, optional
+            Return instead a single zeta average, over all pseudo-cycles with lambda up to this value.
+        progress : optional
+            As for `fill`, while pseudo-cycles are summed.
+        """
+        from orbitdb.answers.lyapunov import lyapunov
+
+        with telling(progress, "averaging") as tell:
+            return self._result(lyapunov, selection, criteria, weight, cut, tell)
+
+    @with_criteria
+    def write_dataset(
+        self,
+        folder: Path | str,
+        selection: "Selection | Sequence[Selection] | None" = None,
+        *,
+        force: bool = False,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "Dataset":
+        """Write a folder that others can load and cite, with the chosen words of complete periods.
+
+        Its tables of classes, births, counts, averages, bounds and levels are not limited to these words.
+
+        Parameters
+        ----------
+        folder : path-like
+        selection : Selection or sequence of Selection, optional
+            The subset, or one for each of several a, as in `rows`; you can give criteria instead.
+        force : bool, optional
+            Whether to replace an older dataset.
+        progress : optional
+            As for `fill`.
+        """
+        from orbitdb.answers.dataset import write_dataset
+
+        with telling(progress, "dataset") as tell, self.snapshot() as moment:
+            return write_dataset(moment, Path(folder), self._several(selection, criteria), force, tell)
+
+    def identify(
+        self,
+        *,
+        start: Sequence[float] | None = None,
+        points: "ArrayLike | None" = None,
+        tolerance: float | None = None,
+        bounces: int | None = None,
+        limit: int | None = None,
+        a: float | None = None,
+    ) -> "Trajectory":
+        """Find the orbits that a trajectory shadows, given its start or its bounces.
+
+        The trajectory is converted to symbols. Each piece between near returns, up to 24 bounces long, is
+        looked up as a word, or solved if it is not stored. The result contains the orbits that the trajectory
+        follows for at least two bounces; the one that it goes round most often comes first.
+
+        Parameters
+        ----------
+        start : (float, float, float), optional
+            Position x, y relative to the centre of the stadium, inside it or on its boundary, and the angle
+            in radians between path and x axis. The trajectory is followed forwards and backwards.
+        points : array-like, shape (N, 2), optional
+            Instead of a start, x and y of 3 to 1000 successive bounces; the last may repeat the first. The
+            whole sequence is also tried as a word, whatever its period. If a point is closer to a joint of
+            wall and semicircle than its error, it may be assigned to the wrong side, and the orbit missed.
+        tolerance : float, optional
+            Largest distance between a bounce and the corresponding bounce of the orbit, and between a point
+            and the boundary; at most 1, by default 0.01.
+        bounces : int, optional
+            Number of bounces to follow in each direction from a start; 60 by default. The trajectory ends
+            where rounding may have moved a bounce by as much as the tolerance.
+        limit : int, optional
+            Maximum number of orbits to return; 10 by default.
+
+        Examples
+        --------
+        >>> trajectory = catalogue.identify(start=(0, 0.001, 0))
+        >>> [(stretch.orbit.code, stretch.first, stretch.bounces) for stretch in trajectory.shadowed[:1]]
+        [('31', -1, 4)]
+        """
+        from orbitdb.answers.identification import identify_trajectory
+
+        with self.snapshot():
+            at = Stadium(self._at(a))
+            find = partial(self.orbit, a=at.a)
+            return identify_trajectory(at, find, start, points, tolerance, bounces, limit)
+
+    def with_length(
+        self,
+        length: float,
+        *,
+        tolerance: float | None = None,
+        limit: int | None = None,
+        a: float | None = None,
+    ) -> "Candidates":
+        """Find the stored orbits with a given length, traversed once or more; the closest matches come first.
+
+        Parameters
+        ----------
+        length : float
+            Total length of all traversals, in units of the radius.
+        tolerance : float, optional
+            Largest difference, at most 1; 0.001 by default. The error bound of each stored length is added.
+        limit : int, optional
+            Maximum number of orbits to return; by default all.
+
+        Examples
+        --------
+        >>> [(match.code, match.repetitions) for match in catalogue.with_length(20.8)]
+        [('13', 2)]
+        """
+        from orbitdb.answers.identification import read_candidates
+
+        with self.snapshot() as moment:
+            return read_candidates(moment, self._at(a), length, tolerance, limit)
+
+    # in a magnetic field
+
+    @with_criteria
+    def field(
+        self,
+        kappa: "ArrayLike",
+        selection: Selection | None = None,
+        *,
+        words: str | Iterable[str] | None = None,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "FieldOrbits":
+        """Follow words into a magnetic field, where paths are arcs of circles; nothing is stored.
+
+        Each word starts at its fixed point without a field, also if that is not an orbit, and is followed in
+        steps of the curvature. Words chosen by ``a`` and ``p`` alone need not be stored.
+
+        Parameters
+        ----------
+        kappa : float or sequence of float
+            Curvatures of the path, 1 / (cyclotron radius), in 1/radius; positive if it turns left.
+        selection : Selection, optional
+            The words, by default those of all filled periods; or give criteria, as in `select`. They apply to
+            the stored numbers, which are those without a field.
+        words : str or iterable of str, optional
+            Instead, primitive words of any period, stored or not; a single text is one word.
+        progress : optional
+            As for `fill`.
+
+        Raises
+        ------
+        InputError
+            If 2 / kappa is not above the longest chord, 2a + 2, or if there are too many words.
+
+        Examples
+        --------
+        >>> orbits = catalogue.field([0.05, 0.1], words="0123")
+        >>> orbits.status.tolist(), orbits.splitting.round(6).tolist()
+        (['orbit', 'orbit'], [-0.52, -1.04])
+        """
+        from orbitdb.answers.field import follow_words
+        from orbitdb.answers.field_words import chosen_words, named_words
+
+        if words is None:
+            picked = self._answer(chosen_words, selection, criteria)
+        elif selection is not None or criteria.keys() - {"a"}:
+            raise InputError("give words, or criteria that choose them, not both")
+        else:
+            picked = named_words(words, self._chosen(None, criteria).a)
+        with telling(progress, "field") as tell:
+            return follow_words(picked, kappa, tell)
+
+    # making
+
+    def estimate(
+        self,
+        periods: int | str | Iterable[int],
+        *,
+        jobs: int | None = 1,
+        method: str = "newton",
+        sweep: bool = False,
+        a: float | None = None,
+    ) -> "Need":
+        """Estimate the words to solve, the time and the disk space of a fill or, with `sweep`, of a sweep.
+
+        The other parameters are those of `fill`.
+        """
+        from orbitdb.filling.estimate import SWEEP, need
+        from orbitdb.filling.fill import check_method
+        from orbitdb.filling.workers import number_of
+
+        check_method(method)
+        at, wanted, number = self._at(a), chosen_periods(periods), number_of(jobs)
+        return need(self.path, at, wanted, number, SWEEP if sweep else method)
+
+    def check_room(self, needed: "Need") -> None:
+        """Raise `StoreError` if the disk has less free space than a fill needs (`estimate`)."""
+        from orbitdb.filling.estimate import check_room
+
+        check_room(self.path, needed)
+
+    def fill(
+        self,
+        periods: int | str | Iterable[int] | None = None,
+        *,
+        words: str | Iterable[str] = (),
+        jobs: int | None = 1,
+        geometric: bool = False,
+        method: str = "newton",
+        workers: "Workers | None" = None,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Rows[Fill]":
+        """Store all words of the given periods, or the given words, with their orbits.
+
+        A fill that was interrupted resumes where it stopped; finished periods are skipped.
+
+        Parameters
+        ----------
+        periods : int, str or iterable of int, optional
+            Periods, such as ``"2-11"``.
+        words : str or iterable of str, optional
+            Primitive words of any period, to store with their symmetry classes; a single text is one word.
+        jobs : int or None, optional
+            Number of processes; None for one per core if there is enough work.
+        geometric : bool, optional
+            Whether to store the geometrically pruned words of the periods as well.
+        method : str, optional
+            ``newton``, or ``relaxation`` for the paper's method, which is slow.
+        workers : Workers, optional
+            An open `orbitdb.filling.cluster.Cluster` to use instead of local processes.
+        progress : callable, optional
+            Function called with the amount done, the total, and a text. By default, a notebook shows a bar.
+
+        Returns
+        -------
+        list of Fill
+            The progress and the counts of the given periods.
+
+        Raises
+        ------
+        InputError
+            If you give neither periods nor words, or if a value is invalid.
+        StoreError
+            If the file cannot be written, or the disk does not have enough room.
+
+        Examples
+        --------
+        >>> own = Catalogue.create("own.db", a=1)
+        >>> [fill.n_c for fill in own.fill("2-5")]
+        [1, 8, 32, 48]
+        """
+        from orbitdb.filling import fill as filling
+        from orbitdb.store.fills import read_fills
+
+        at, wanted = self._at(a), () if periods is None else chosen_periods(periods)
+        single = [filling.fillable(word) for word in ([words] if isinstance(words, str | int) else words)]
+        if not wanted and not single:
+            raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
+        if geometric and not wanted:
+            raise InputError("geometric=True stores the pruned words of periods: name periods, too")
+        if wanted:
+            with telling(progress, "fill") as tell:
+                filling.fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
+        for word in single:
+            self.fill_word(word, method=method, a=at)
+        return Rows(fill for fill in self._stored_now(read_fills, at) if fill.p in wanted)
+
+    @staticmethod
+    def check_word(word: str) -> str:
+        """Return the symbols of a word; raise `InputError` if it cannot be stored."""
+        from orbitdb.filling.fill import fillable
+
+        return fillable(word)
+
+    def fill_word(self, word: str, *, method: str = "newton", a: float | None = None) -> Orbit:
+        """Store a primitive word of any period with its symmetry class, and return its orbit.
+
+        The other parameters are those of `fill`. The bouncing-ball family 02 is never stored.
+        """
+        from orbitdb.filling.fill import fill_word
+
+        return fill_word(self.path, word, self._at(a), method)
+
+    def fill_births(
+        self,
+        periods: int | str | Iterable[int],
+        *,
+        jobs: int | None = 1,
+        progress: Tell | None = None,
+    ) -> "Rows[BirthFill]":
+        """Find and store the values of ``a`` at which each word begins or ceases to be an orbit.
+
+        The parameters are those of `fill`.
+        """
+        from orbitdb.filling.fill import find_births
+        from orbitdb.store.lives import read_birth_fills
+
+        wanted = chosen_periods(periods)
+        with telling(progress, "births") as tell:
+            find_births(self.path, wanted, jobs, tell)
+        return Rows(fill for fill in self._stored_now(read_birth_fills) if fill.p in wanted)
+
+    def sweep(
+        self,
+        periods: int | str | Iterable[int],
+        *,
+        jobs: int | None = 1,
+        workers: "Workers | None" = None,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Rows[Sweep]":
+        """Count the orbits of the given periods and compute the sums for averages, without storing rows.
+
+        `table`, `entropy` and `lyapunov` use sweeps for periods that are not filled. The parameters are those
+        of `fill`.
+        """
+        from orbitdb.filling.sweeps import sweep
+        from orbitdb.store.fills import read_sweeps
+
+        at, wanted = self._at(a), chosen_periods(periods)
+        with telling(progress, "sweep") as tell:
+            sweep(self.path, at, wanted, jobs, workers, tell)
+        return Rows(sweep for sweep in self._stored_now(read_sweeps, at) if sweep.p in wanted)
+
+    def simulate(
+        self,
+        bounces: int = 20_000_000,
+        *,
+        seed: "int | np.random.Generator" = 0,
+        legwise: bool = False,
+        store: bool = True,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Reference":
+        """Average over random trajectories, and store the result, which `reference` returns.
+
+        Parameters
+        ----------
+        bounces : int, optional
+            Total number of bounces.
+        seed : int or numpy.random.Generator, optional
+            The same seed gives the same result; a generator draws one.
+        legwise : bool, optional
+            Whether to sample leg by leg and use exact means, which makes the errors much smaller.
+        store : bool, optional
+            Whether to store the result.
+        """
+        from orbitdb.filling import records
+
+        at, wanted = Stadium(self._at(a)), need_whole("bounces", bounces)
+        if store:
+            records.check_writable(self.path)
+        with telling(progress, "trajectories") as tell:
+            averages = records.simulate(at, wanted, _seed(seed), legwise, tell)
+        if store:
+            self.keep(averages)
+        return averages
+
+    def keep(self, averages: "Reference") -> None:
+        """Store averages over trajectories that were computed elsewhere, such as by `orbitdb.simulate`."""
+        from orbitdb.filling.records import keep_simulated
+
+        keep_simulated(self.path, averages)
+
+    def prove_bounds(
+        self,
+        edges: int | None = None,
+        *,
+        width: float | None = None,
+        seconds: float | None = None,
+        balls: bool = False,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "EntropyBounds":
+        """Prove bounds on the topological entropy per bounce, and store them; `entropy_bounds` returns them.
+
+        Parameters
+        ----------
+        edges : int, optional
+            Number of edges of the longest windows; 14 if nothing else limits the search.
+        width, seconds : float, optional
+            Stop when the bounds differ by at most this width, or after about this many seconds.
+        balls : bool, optional
+            Whether to check every decision in ball arithmetic, and use only those that it proves.
+
+        Returns
+        -------
+        EntropyBounds
+            The bounds that follow from the longest windows.
+        """
+        proofs: list[Proof] | None = [] if balls else None
+        with telling(progress, "bounds") as tell:
+            steps = self.search_bounds(
+                edges, width=width, seconds=seconds, proofs=proofs, jobs=1, progress=tell, a=a
+            )
+            *_, last = steps
+        return last
+
+    def search_bounds(
+        self,
+        edges: int | None = None,
+        *,
+        width: float | None = None,
+        seconds: float | None = None,
+        proofs: "list[Proof] | None" = None,
+        jobs: int | None = None,
+        store: bool = True,
+        progress: Tell = nobody,
+        a: float | Sequence[float] | None = None,
+    ) -> "Generator[EntropyBounds]":
+        """Yield bounds on the topological entropy from longer and longer windows, and store them.
+
+        Parameters
+        ----------
+        edges, width, seconds : optional
+            As for `prove_bounds`; the time is for each a.
+        proofs : list, optional
+            Check every decision in ball arithmetic, and append the proof for each a to this list.
+        jobs : int, optional
+            Number of processes for several a.
+        store : bool, optional
+            Whether to store the bounds.
+        a : float or sequence of float, optional
+            One or several half lengths.
+        """
+        from orbitdb.filling import records
+
+        values = [self._at(one) for one in (a if isinstance(a, Sequence) else [a])]
+        limits = records.limits_of(edges, width, seconds)
+        asked = {
+            "a": values,
+            "window": limits[0],
+            "width": width,
+            "time": seconds,
+            "prove": proofs is not None,
+        }
+        return records.find_bounds(
+            self.path if store else None, values, limits, proofs, jobs, progress, asked
+        )
+
+    def check_writable(self) -> None:
+        """Raise `StoreError` if nothing can be stored in the file, before long work."""
+        from orbitdb.filling.records import check_writable
+
+        check_writable(self.path)
+
+    @with_criteria
+    def verify(
+        self,
+        selection: "Selection | Sequence[Selection] | None" = None,
+        *,
+        sample: int | None = None,
+        restarts: int = 0,
+        seed: "int | np.random.Generator" = 0,
+        births: bool = False,
+        rigorous: bool = False,
+        jobs: int | None = 1,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "Verification":
+        """Recompute the catalogue from its words alone, and compare the results with the stored ones.
+
+        What is missing is no error, but the result has notes about it.
+
+        Parameters
+        ----------
+        selection : Selection or sequence of Selection, optional
+            What to check, by default everything at every ``a``; or give criteria, as in `select`.
+        sample : int, optional
+            Check only this many classes, drawn at random.
+        restarts : int, optional
+            Number of random starts from which every word is solved again.
+        seed : optional
+            Seed of the sample and the restarts, as for `simulate`.
+        births : bool, optional
+            Whether to prove that no birth or death between a = 0.02 and 1000 is missing.
+        rigorous : bool, optional
+            Whether to prove every row in ball arithmetic, and store the certificates.
+        jobs, progress : optional
+            As for `fill`.
+
+        Examples
+        --------
+        >>> catalogue.verify(p="2-5").sound
+        True
+        """
+        from orbitdb.answers.completeness import gaps_of_periods
+        from orbitdb.verification.verify import verifiable, verified
+
+        everywhere = not isinstance(selection, Selection) and criteria.get("a") is None
+        unnamed = selection is None and everywhere
+        selections = () if unnamed else self._several(selection, criteria)
+        sample = None if sample is None else need_whole("sample", sample)
+        restarts, drawn = need_whole("restarts", restarts, 0), _seed(seed)
+        with self.snapshot() as moment:
+            if unnamed:
+                every = chosen_by(**criteria)
+                selections = tuple(replace(every, a=at) for at in verifiable(moment))
+            missing: list[str] = []
+            with suppress(AlteredError):  # one of the checks reports it
+                missing += gaps_of_periods(moment, selections, everywhere)
+        with telling(progress, "verify") as tell:
+            found = verified(self.path, selections, sample, restarts, drawn, births, rigorous, jobs, tell)
+        return replace(found, notes=tuple(missing))
+
+    # deleting
+
+    def delete(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
+        """Delete what is stored at a given ``a``, and return what that was.
+
+        Parameters
+        ----------
+        a : float
+            Half length of the stadium.
+        p : int, str or iterable of int, optional
+            Periods whose orbits, fills and sweeps are deleted. By default everything at this ``a`` is
+            deleted, levels, bounds on the entropy and averages over trajectories, too.
+
+        Examples
+        --------
+        >>> own = Catalogue.create("own.db", a=1)
+        >>> fills = own.fill("2-5")
+        >>> print(own.delete(1, p="4-5"))
+        128 words, 2 fills (periods 4-5)
+        """
+        from orbitdb.store.writing import delete
+
+        at = Stadium(a).a  # no default: None would otherwise delete what is stored at 1.6
+        contents = self.contents(at, p)
+        delete(self.path, at, chosen_by(p=p).periods)
+        return contents
+
+    # quantum levels
+
+    def fill_levels(
+        self,
+        low: float = 0.0,
+        high: float | None = None,
+        *,
+        parities: "Sequence[Parity | str] | str | None" = None,
+        jobs: int | None = 1,
+        store: bool = True,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Levels":
+        """Find and store all quantum levels with low <= k < high, each with an estimated error.
+
+        Parameters
+        ----------
+        low, high : float
+            The range of wavenumbers, in 1/radius. As in Python's `range`, a single number is the upper end.
+        parities : str or sequence of str, optional
+            Some of ``ee``, ``eo``, ``oe``, ``oo``: even (e) or odd (o) in x, then in y; by default all four.
+        jobs, progress : optional
+            As for `fill`.
+        store : bool, optional
+            Whether to store the levels; if not, stored ones are computed again.
+        """
+        from orbitdb.answers.levels import notes_on_windows
+        from orbitdb.filling import records
+        from orbitdb.quantum.levels import Levels
+        from orbitdb.quantum.weyl import parities_of
+
+        at, (low, high) = Stadium(self._at(a)), (0.0, low) if high is None else (low, high)
+        with telling(progress, "levels") as tell:
+            path = self.path if store else None
+            windows = records.find_levels(path, at, low, high, parities_of(parities), jobs, tell)
+        levels = Levels.joined(at.a, low, high, windows)
+        return replace(levels, notes=notes_on_windows(levels, windows))
+
+    def spectrum(
+        self,
+        lengths: "ArrayLike" = (1.0, 12.0),
+        *,
+        points: int = 500,
+        k_max: float | None = None,
+        levels: "ArrayLike | None" = None,
+        parity: str | None = None,
+        a: float | None = None,
+    ) -> "Spectrum":
+        """Return the length spectra of the stored orbits and of the quantum levels.
+
+        `Spectrum.terms` and `Spectrum.term_rows` are the terms of the trace formula.
+
+        Parameters
+        ----------
+        lengths : (float, float), optional
+            Range of lengths, in units of the radius.
+        points : int, optional
+            Number of lengths in the range.
+        k_max : float, optional
+            End of the window in k, in 1/radius; by default where the levels end, or 30 without levels.
+        levels : array-like, shape (N,), optional
+            All levels k, beginning with the lowest; by default the stored ones.
+        parity : str, optional
+            ``ee``, ``eo``, ``oe`` or ``oo``; by default the levels of all parities together.
+        """
+        from orbitdb.answers.levels import read_spectrum
+
+        with self.snapshot() as moment:
+            return read_spectrum(moment, self._at(a), lengths, points, k_max, levels, parity)
+
+    def levels(
+        self,
+        k_max: float | None = None,
+        *,
+        parity: "Parity | str | None" = None,
+        method: str = "elements",
+        a: float | None = None,
+    ) -> "Levels":
+        """Return the quantum levels from k = 0 up, either the stored ones or those computed from orbits.
+
+        Parameters
+        ----------
+        k_max : float, optional
+            End of the range, in 1/radius. By default, the stored levels end at the first gap, and those from
+            orbits where the rms error reaches a fifth of the mean spacing.
+        parity : str, optional
+            ``ee``, ``eo``, ``oe`` or ``oo``, or several of them for levels from orbits; by default all.
+        method : str, optional
+            ``elements`` for the levels that `fill_levels` stored; ``orbits`` for levels from N_X(k), with
+            errors that hold for nine levels out of ten (`orbitdb.quantum.levels_from_orbits`).
+        """
+        from orbitdb.answers.levels import levels_from_orbits, levels_from_zero
+        from orbitdb.quantum.weyl import parities_of
+
+        if method not in ("elements", "orbits"):
+            raise InputError(f"method {method!r}: use elements or orbits")
+        with self.snapshot() as moment:
+            if method == "elements":
+                return levels_from_zero(moment, self._at(a), parity, k_max)
+            return levels_from_orbits(moment, self._at(a), k_max, parities_of(parity))
+
+    def assess(
+        self,
+        k: "ArrayLike | None" = None,
+        *,
+        parity: "Parity | str | None" = None,
+        window: bool = False,
+        fit_radius: bool = False,
+        radius_error: float | None = None,
+        noise: float = 0.0,
+        a: float | None = None,
+    ) -> "Assessment":
+        """Use the stored orbits to find where levels are missing from a list, and where some are spurious.
+
+        Every statement of the result has a probability.
+
+        Parameters
+        ----------
+        k : array-like, shape (N,), optional
+            The levels in 1/radius, beginning with the lowest unless they are a window; by default the stored
+            ones.
+        parity : str, optional
+            ``ee``, ``eo``, ``oe`` or ``oo`` if all levels have this parity; by default, all four are mixed.
+        window : bool, optional
+            Whether the list begins with any level; `Assessment.first` then says which one it is.
+        fit_radius : bool, optional
+            Whether to fit the radius, in case it is known only to within half a per cent.
+        radius_error : float, optional
+            Relative standard error of the radius, if it is fitted.
+        noise : float, optional
+            Scatter of the levels, in mean spacings.
+        """
+        from orbitdb.answers.levels import assess_levels
+
+        with self.snapshot() as moment:
+            how = fit_radius, window, radius_error, noise
+            assessment, notes = assess_levels(moment, self._at(a), k, parity, *how)
+        return replace(assessment, notes=tuple(notes))
+
+    def level_statistics(
+        self,
+        levels: "Mapping[Parity, ArrayLike] | None" = None,
+        *,
+        parity: "Parity | str | None" = None,
+        a: float | None = None,
+    ) -> "Result":
+        """Return the statistics of the levels of each parity, and of random matrices and random numbers.
+
+        Parameters
+        ----------
+        levels : mapping of Parity to array-like, shape (N,), optional
+            The levels of each parity, beginning with the lowest; by default the stored ones.
+        parity : str, optional
+            ``ee``, ``eo``, ``oe`` or ``oo``; by default the stored levels of all four.
+        """
+        from orbitdb.answers.levels import level_statistics, levels_from_zero
+        from orbitdb.quantum.weyl import check_levels, parities_of
+
+        at = self._at(a)
+        with self.snapshot() as moment:
+            if levels is None:
+                own = {of: levels_from_zero(moment, at, of).k for of in parities_of(parity)}
+            else:
+                own = {of: check_levels(k, Stadium(at), of) for of, k in levels.items()}
+            return level_statistics(moment, at, own)
+
+    def stored_counterparts(self, levels: "Levels") -> list[float | None]:
+        """Return, for each level from orbits, the stored level with the same number, or None."""
+        from orbitdb.answers.levels import beside
+
+        with self.snapshot() as moment:
+            return beside(moment, levels)
+
+    def scars(
+        self,
+        low: float,
+        high: float | None = None,
+        *,
+        word: str | None = None,
+        parities: "Sequence[Parity | str] | str | None" = None,
+        order: str = "above",
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Rows[Scar]":
+        """Measure how strongly orbits scar the quantum levels with low <= k < high.
+
+        Parameters
+        ----------
+        low, high : float
+            The range of wavenumbers, in 1/radius. With `low` alone, the level of each parity nearest to it.
+        word : str, optional
+            An orbit, or ``02`` for the bouncing balls; the result then has an entry for every level. By
+            default, it has for each level the five that scar it most, out of the bouncing balls and the
+            twenty shortest stored orbits, and is sorted by k.
+        order : str, optional
+            Order of the scars of a word: ``above`` or ``strength`` (the largest first), or ``k``.
+        parities, progress : optional
+            As for `fill_levels`.
+        """
+        from orbitdb.answers.scars import check_scarring, scars_of, shortest_orbits
+        from orbitdb.quantum.weyl import parities_of
+
+        named, at = parities_of(parities), self._at(a)
+        if word is None:
+            with self.snapshot() as moment:
+                orbits = shortest_orbits(moment, at)
+        else:
+            orbits = [self.orbit(word, a=at)]
+            check_scarring(orbits[0])
+        with telling(progress, "waves") as tell:
+            return Rows(scars_of(orbits, low, high, named, order, tell))
+
+    # the symbol plane
+
+    def pruning_front(self, *, a: float | None = None) -> "PruningFront":
+        """Return the pruning front of the stadium: the border of the orbits in the symbol plane.
+
+        It does not depend on what is stored. It is computed in double precision and proves nothing.
+
+        Examples
+        --------
+        >>> front = catalogue.pruning_front()
+        >>> front, front.walls.gamma.shape == front.walls.delta.shape
+        (<pruning front at a = 1.6>, True)
+        """
+        from orbitdb.trajectories.pruning_front import PruningFront
+
+        return PruningFront(self._at(a))
+
+    def _stored_now(self, read: Callable[..., _Answer], *arguments: Any) -> _Answer:
+        """Return what was just stored, which a snapshot of this thread does not show."""
+        with self._file.snapshot() as moment:
+            return read(moment, *arguments)
+
+    def _answer(
+        self,
+        function: Callable[..., _Answer],
+        selection: Selection | None,
+        criteria: Criteria,
+        *arguments: Any,
+    ) -> _Answer:
+        """Call a function with a moment of the file, the chosen subset and further arguments."""
+        chosen = self._chosen(selection, criteria)
+        with self.snapshot() as moment:
+            return function(moment, chosen, *arguments)
+
+    def _result(
+        self,
+        function: Callable[..., "Result"],
+        selection: Selection | Sequence[Selection] | None,
+        criteria: Criteria,
+        *arguments: Any,
+    ) -> "Result":
+        """Return a result at one a, or joined results at several."""
+        from orbitdb.answers.results import over_a
+
+        one = isinstance(selection, Selection | None) and not isinstance(criteria.get("a"), Iterable)
+        with self.snapshot() as moment:
+            results = [function(moment, chosen, *arguments) for chosen in self._several(selection, criteria)]
+        return results[0] if one else over_a(results)
+
+    def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:
+        if selection is not None and criteria:
+            raise SelectionError("give a Selection or criteria, not both")
+        if not isinstance(selection, Selection | None):
+            raise SelectionError(
+                f"choose a subset by criteria such as p=3 or a Selection, not {selection!r:.30}"
+            )
+        if selection is not None:
+            return selection
+        named = criteria.copy()
+        if named.get("a") is None:
+            named["a"] = self.a
+        return chosen_by(**named)
+
+    def _several(
+        self, selection: Selection | Sequence[Selection] | None, criteria: Criteria
+    ) -> tuple[Selection, ...]:
+        """Return the chosen subset at each a."""
+        values = criteria.get("a")
+        if selection is None and isinstance(values, Iterable) and not isinstance(values, str):
+            named = criteria.copy()
+            named["a"] = None
+            one = chosen_by(**named)
+            chosen = tuple(replace(one, a=Stadium(a).a) for a in values)
+        elif not isinstance(selection, Sequence):
+            return (self._chosen(selection, criteria),)
+        else:
+            chosen = tuple(self._chosen(one, criteria) for one in selection)
+        if not chosen:
+            raise SelectionError("give one a or more")
+        return chosen
+
+    def _at(self, a: float | None) -> float:
+        return self.a if a is None else Stadium(a).a
+
+
+@contextmanager
+def _joined(opened: Connection) -> Iterator[Connection]:
+    """Yield the connection of a snapshot; a generator may be asked for rows after the snapshot."""
+    try:
+        yield opened
+    except ClosedError:
+        raise InputError("the snapshot of these rows has ended: read them within its with block") from None
+
+
+def _seed(seed: "int | np.random.Generator") -> int:
+    if hasattr(seed, "integers"):
+        return int(seed.integers(2**63))
+    return need_whole("seed", seed, 0)

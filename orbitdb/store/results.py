@@ -1,0 +1,115 @@
+"""Results that are stored beside the orbits: entropy bounds, averages over trajectories, and levels."""
+
+from dataclasses import fields
+from itertools import groupby
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from sqlalchemy import Connection, and_, func, select, true
+
+from orbitdb.arrays import Floats
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.entropy.bounds import BALLS, DOUBLES, EntropyBounds
+from orbitdb.errors import InputError
+from orbitdb.store import tables as t
+
+if TYPE_CHECKING:
+    from orbitdb.trajectories.ensemble import Reference
+
+
+def bounds_by_a(
+    connection: Connection, proof: str | None = None, a: float | None = None
+) -> list[EntropyBounds]:
+    """Return the tightest stored bounds on the entropy at every a, or at a given a, in order of a.
+
+    If two are equally tight, the one proved in ball arithmetic is returned. With `proof`, only bounds with
+    this proof count.
+    """
+    if proof not in (None, DOUBLES, BALLS):
+        raise InputError(f"proof {proof!r}: use {DOUBLES} or {BALLS}")
+    own = t.entropy_bound.c
+    columns = (own.a, own.edges, own.lower, own.upper, own.windows, own.undecided, own.proof)
+    found = (true() if proof is None else own.proof == proof, true() if a is None else own.a == a)
+    query = select(*columns).where(*found).order_by(own.a, own.edges, own.proof)
+    stored = (EntropyBounds(*row) for row in connection.execute(query))
+    by_a = groupby(stored, key=lambda bounds: bounds.a)
+    return [min(group, key=lambda bounds: (bounds.width, bounds.proof)) for _, group in by_a]
+
+
+def tightest_bounds(connection: Connection, a: float, proof: str | None = None) -> EntropyBounds | None:
+    """Return the tightest stored bounds on the entropy at a given a (`bounds_by_a`), or None."""
+    return next(iter(bounds_by_a(connection, proof, Stadium(a).a)), None)
+
+
+def best_reference(connection: Connection, a: float) -> "Reference | None":
+    """Return the averages over trajectories with the smallest error at a given a, or None."""
+    from orbitdb.trajectories.ensemble import Reference
+
+    own = t.trajectory
+    columns = [own.c[field.name] for field in fields(Reference) if field.name != "a"]
+    query = select(*columns).where(t.at_a(own, a)).order_by(own.c.lambda_d_error).limit(1)
+    row = connection.execute(query).mappings().one_or_none()
+    return None if row is None else Reference(**{**row, "a": a, "seed": int(row["seed"])})
+
+
+class LevelRange(NamedTuple):
+    """A range low <= k < high in which all levels of one parity are stored.
+
+    Attributes
+    ----------
+    low, high : float
+    below : int
+        Number of levels below the range.
+    seconds : float
+        Processor time that the levels took.
+    """
+
+    low: float
+    high: float
+    below: int
+    seconds: float
+
+
+def read_levels(connection: Connection, a: float, parity: str) -> list[tuple[LevelRange, Floats, Floats]]:
+    """Return each stored range of levels of one parity with its levels and their errors, shape (N,)."""
+    own, fill = t.level.c, t.level_fill.c
+    query = select(own.k, own.error).where(own.a == a, own.parity == parity)
+    rows = connection.execute(query).cursor
+    assert rows is not None
+    levels = np.array(rows.fetchall(), np.float64).reshape(-1, 2)
+    windows = select(*(fill[name] for name in LevelRange._fields)).where(fill.a == a, fill.parity == parity)
+    ranges = []
+    for window in (LevelRange(*row) for row in connection.execute(windows)):
+        k, error = levels[(levels[:, 0] >= window.low) & (levels[:, 0] < window.high)].T
+        ranges.append((window, k, error))
+    return ranges
+
+
+def level_windows(connection: Connection) -> list[tuple[float, str, float, float, int]]:
+    """Return a, parity, least and greatest k, and number of levels of each range without a gap."""
+    own, level = t.level_fill.c, t.level.c
+    inside = and_(level.a == own.a, level.parity == own.parity, level.number > own.below, level.k < own.high)
+    window = (own.a, own.parity, own.low, own.high)
+    query = (
+        select(*window, func.count(level.number))
+        .join_from(t.level_fill, t.level, inside, isouter=True)
+        .group_by(*window)
+        .order_by(*window)
+    )
+    joined: list[tuple[float, str, float, float, int]] = []
+    for a, parity, low, high, count in connection.execute(query):
+        if joined and joined[-1][:2] == (a, parity) and joined[-1][3] == low:
+            _, _, low, _, before = joined.pop()
+            count += before
+        joined.append((a, parity, low, high, count))
+    return joined
+
+
+def trajectories(connection: Connection) -> list[tuple[float, int, int]]:
+    """Return each a with averages over random trajectories, their number, and the bounces of the longest."""
+    query = (
+        select(t.stadium.c.a, func.count(), func.max(t.trajectory.c.bounces))
+        .join_from(t.trajectory, t.stadium)
+        .group_by(t.stadium.c.a)
+    )
+    return [(a, count, bounces) for a, count, bounces in connection.execute(query)]

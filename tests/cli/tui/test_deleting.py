@@ -1,0 +1,67 @@
+"""Another process deletes rows while the screen shows them."""
+
+import shutil
+
+import pytest
+from contents import alter
+from screens import LARGE, browsing, press, settle, shown, table_of
+
+from orbitdb.catalogue import Catalogue
+from orbitdb.cli.tui.stored import known_columns
+from orbitdb.filling.fill import fill_periods
+from orbitdb.store.selection import Selection
+
+
+@pytest.fixture
+def path(filled_once, tmp_path):
+    return shutil.copy(filled_once, tmp_path / "orbits.db")
+
+
+def notes(app):
+    return [note.message for note in app._notifications]
+
+
+async def test_a_row_that_another_process_deleted_is_no_end(path, cli):
+    """`G` needs rows that are not on the screen, and no longer in the file."""
+    async with browsing(path, LARGE) as (app, pilot):
+        before = len(table_of(app).source)
+        assert cli("delete", "--db", str(path), "--a", "1.6", "--p", "8", "--yes").code == 0
+        await press(pilot, "G")
+        assert sum("deleted meanwhile" in note for note in notes(app)) == 1
+        rows = Catalogue(path).count(Selection())
+        assert len(table_of(app).source) == rows < before
+        await press(pilot, "G")
+        assert f"{rows:,} of {rows:,}" in shown(app)
+        assert app.screen.side.orbit.p == 7
+
+
+async def test_the_screen_notices_a_deletion_by_itself(path, cli):
+    """The rows on the screen are in memory, so only the file can say that they are gone."""
+    async with browsing(path, LARGE) as (app, pilot):
+        app.screen.look_for_deletions()
+        await settle(pilot)
+        assert notes(app) == []
+        assert cli("delete", "--db", str(path), "--a", "1.6", "--yes").code == 0
+        app.screen.look_for_deletions()  # as it does every few seconds
+        await settle(pilot)
+        assert sum("deleted meanwhile" in note for note in notes(app)) == 1
+        assert len(table_of(app).source) == 0
+        assert "fill the catalogue" in shown(app)
+
+
+async def test_rows_that_another_process_adds_are_no_deletion(path):
+    async with browsing(path, LARGE) as (app, pilot):
+        [*fill_periods(path, 1.0, [3])]
+        app.screen.look_for_deletions()
+        await settle(pilot)
+        assert notes(app) == []
+        assert len(table_of(app).source) == Catalogue(path).count(Selection())
+
+
+async def test_rows_that_are_missing_for_good_are_damage(path):
+    async with browsing(path, LARGE) as (app, pilot):
+        app.screen.rows.columns = known_columns(["element"])
+        alter(path, "UPDATE cycle SET symmetry = 'none' WHERE p = 8")
+        await press(pilot, "G", "G")  # they are missing in the rows that are read anew, too
+        assert any("altered" in note for note in notes(app))
+        assert app.is_running

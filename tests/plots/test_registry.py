@@ -1,0 +1,151 @@
+"""The registry of figures: names, options, what is said of nothing to draw, and figures of any width."""
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+
+from orbitdb import Catalogue, Selection, solve_word, waves
+from orbitdb.plots import style
+from orbitdb.plots.registry import FIGURES, NAMES, EmptyFigureError, figure_of, load_function
+
+matplotlib.use("agg")
+COLUMNS = (8.6 / 2.54, 17.8 / 2.54)
+"""Widths of one column and of two columns of a journal, in inches."""
+
+
+def test_every_figure_has_its_functions_and_says_what_it_shows():
+    for figure in FIGURES:
+        functions = [path for path in (figure.whole, figure.axes) if path]
+        assert functions
+        assert all(callable(load_function(path)) for path in functions)
+        assert bool(figure.shows) == (bool(figure.whole) and not figure.when)
+    assert len({*NAMES}) == len(NAMES)
+
+
+def test_a_variant_is_chosen_by_its_option():
+    assert figure_of("entropy").whole == "averages.entropy"
+    assert figure_of("entropy", ["over_a", "p"]).whole == "over_a.entropy_over_a"
+    assert figure_of("sheet", ["code"]).source == "orbits"
+
+
+@pytest.mark.parametrize("name", ["phase_space", "Phase space"])
+def test_hyphens_underscores_and_blanks_are_the_same(cli, filled, tmp_path, name):
+    from matplotlib import pyplot
+
+    target = tmp_path / "f.png"
+    assert cli("plot", name, "--p", "3", "-o", str(target), "--db", str(filled)).code == 0
+    assert target.exists()
+    ax = Catalogue(filled).select(p=3, status="orbit", coordinates=True).plot(name)
+    assert ax.get_ylabel() == r"$\sin\alpha$"
+    pyplot.close("all")
+
+
+def test_an_unknown_figure_is_refused_with_those_that_there_are(cli, filled, tmp_path):
+    refused = cli("plot", "circle", "-o", str(tmp_path / "f.png"), "--db", str(filled))
+    assert refused.code == 2
+    assert "circle" in refused.err
+    assert "phase-space" in refused.err
+
+
+EMPTY = {
+    "births": ("births", "orbitdb births --p 11"),
+    "entropy --over-a": ("proved bounds", "orbitdb bounds"),
+    "lengths --p 9": ("period 9", "orbitdb fill --p 9"),
+    "phase-space --p 9": ("period 9", "orbitdb fill --p 9"),
+    "sheet --p 9": ("period 9", "orbitdb fill --p 9"),
+    "entropy --p 9": ("period 9", "orbitdb fill --p 9"),
+    "lyapunov --p 9": ("period 9", "orbitdb fill --p 9"),
+    "staircase": ("levels", "orbitdb levels"),
+    "rigidity": ("levels", "orbitdb levels"),
+}
+
+
+@pytest.mark.parametrize("figure", EMPTY)
+def test_an_empty_figure_is_not_drawn_but_says_what_is_missing(cli, filled, tmp_path, figure):
+    target = tmp_path / "f.png"
+    outcome = cli("plot", *figure.split(), "-o", str(target), "--db", str(filled))
+    assert outcome.code != 0
+    assert not target.exists()
+    assert all(text in outcome.err for text in EMPTY[figure])
+
+
+def drawn(name: str, catalogue: Catalogue) -> style.Picture:
+    """Draw a figure of orbits with few of them."""
+    figure, few = figure_of(name), Selection(1.6, periods=((2, 5),))
+    draw = load_function(figure.whole)
+    if figure.source == "catalogue":
+        more = {"limit": 8} if name == "sheet" else {}
+        return draw(catalogue, few, **more)
+    if figure.source == "wave":
+        return draw(next(iter(waves(1.6, 3.0, 6.0, "ee"))), solve_word("0123", 1.6))
+    if figure.source == "word":
+        return draw("1232131", 1.6)
+    return draw(solve_word("1232131", 1.6))
+
+
+OF_ORBITS = [
+    figure.name for figure in FIGURES if figure.shows and "levels" not in (figure.needs, *figure.takes)
+]
+
+
+QUICK = {"orbit", "entropy", "phase-space", "lyapunov", "births"}
+CASES = [
+    pytest.param(name, width, marks=[] if name in QUICK and width < 4 else pytest.mark.slow)
+    for name in OF_ORBITS
+    for width in COLUMNS
+]
+
+
+@pytest.mark.usefixtures("few_places")
+@pytest.mark.parametrize(("name", "width"), CASES)
+def test_a_figure_fits_a_column_and_its_text_can_be_read(known, name, width):
+    """All text is inside the figure and has 7 points or more, and the axes keep most of the room."""
+    with style.sized((width, 0.75 * width)):
+        made = drawn(name, known)
+    if len(made.axes) > 1:
+        with style.sized((width, 1.25 * width)):
+            made = drawn(name, known)
+    assert made.get_size_inches()[0] == width
+    FigureCanvasAgg(made).draw()
+    for text in made.findobj(Text):
+        if isinstance(text, Text) and text.get_visible() and text.get_text().strip():
+            assert float(text.get_fontsize()) >= 7 - 1e-9, text
+    box = made.bbox.padded(1)
+    for ax in made.axes:
+        assert ax.get_window_extent().height > made.bbox.height / (3.5 * len(made.axes))
+        shown = [ax.title, ax.xaxis.label, ax.yaxis.label, *(ax.texts if ax.axison else [])]
+        for text in (each for each in shown if each.get_text()):
+            extent = text.get_window_extent()
+            assert box.x0 <= extent.x0 <= extent.x1 <= box.x1, text
+            assert box.y0 <= extent.y0 <= extent.y1 <= box.y1, text
+    for legend in made.legends:
+        extent = legend.get_window_extent()
+        assert box.x0 <= extent.x0 <= extent.x1 <= box.x1
+
+
+def test_nothing_to_draw_is_an_error_with_lines(known):
+    with pytest.raises(EmptyFigureError) as caught:
+        load_function("lengths.lengths")(known, Selection(1.6, periods=((9, 9),)))
+    assert "'orbitdb fill --p 9 --a 1.6' fills it" in caught.value.lines[0]
+
+
+@pytest.mark.parametrize("in_phase_space", [False, True])
+def test_the_screen_saves_an_orbit_as_a_figure(tmp_path, in_phase_space):
+    from orbitdb.cli.tui.export import save_orbit
+
+    for ending in ("png", "svg"):
+        target = tmp_path / f"orbit.{ending}"
+        assert str(target) in save_orbit(solve_word("1232131", 1.6), in_phase_space, target)
+        assert target.stat().st_size > 1000
+
+
+def test_the_screen_saves_its_curves_and_counts(tmp_path):
+    from orbitdb.cli.tui.export import save_figure
+
+    p = np.arange(2.0, 6.0)
+    curves = {"K_0": [("one", "K_0", p, p / 2, "•"), ("two", "limit", p, p / 3, "")]}
+    save_figure("screen.curves", (curves, {"K_0": "entropy"}, "orbits"), tmp_path / "curves.png")
+    save_figure("screen.counts", ([("2", 5), ("3", 8)], "p", "words"), tmp_path / "counts.png")
+    assert all((tmp_path / f"{name}.png").stat().st_size > 1000 for name in ("curves", "counts"))
