@@ -28,7 +28,7 @@ from orbitdb.quantum.judging import FITS, judge
 from orbitdb.quantum.levels_from_orbits import Staircase
 from orbitdb.quantum.radius_fit import fit
 from orbitdb.quantum.weyl import Parity, weyl
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 if TYPE_CHECKING:
     import pandas
@@ -140,7 +140,7 @@ class Assessment(Drawn):
 
     def verdict(self) -> str:
         """Return a sentence that says whether the list fits, how many levels are missing or spurious."""
-        of = f"a = {exact(self.a)}, {'all parities' if self.parity is None else self.parity}"
+        of = f"a = {format_float(self.a)}, {'all parities' if self.parity is None else self.parity}"
         misfit = f"misfit {self.misfit:.2f}"
         if not self.fits:
             return f"the list does not fit {of}: {misfit}; lists that fit have less than {FITS:g}"
