@@ -172,7 +172,7 @@ def named(asked: Asked) -> tuple[float, ...] | None:
 # single options
 
 
-def number_option(*flags: str, help: str, read: Callable[[str], float] = real, **more: Any) -> Any:
+def number_option(*flags: str, help: str, read: Callable[[str], Any] = real, **more: Any) -> Any:
     """Return an option that takes a number, such as a `half_length`."""
     return typer.Option(*flags, metavar="NUMBER", parser=_reader(read), help=help, **more)
 

@@ -1236,9 +1236,13 @@ class Catalogue:
         parity: "Parity | str | None" = None,
         window: bool = False,
         fit_radius: bool = False,
+        radius_error: float | None = None,
+        noise: float = 0.0,
         a: float | None = None,
     ) -> "Assessment":
         """Use the stored orbits to find where levels are missing from a list, and where some are spurious.
+
+        Every statement of the result has a probability.
 
         Parameters
         ----------
@@ -1251,11 +1255,16 @@ class Catalogue:
             Whether the list begins with any level; `Assessment.first` then says which one it is.
         fit_radius : bool, optional
             Whether to fit the radius, in case it is known only to within half a per cent.
+        radius_error : float, optional
+            Relative standard error of the radius, if it is fitted.
+        noise : float, optional
+            Scatter of the levels, in mean spacings.
         """
         from orbitdb.answers.levels import assess_levels
 
         with self.snapshot() as connection:
-            assessment, notes = assess_levels(connection, self._at(a), k, parity, fit_radius, window)
+            how = fit_radius, window, radius_error, noise
+            assessment, notes = assess_levels(connection, self._at(a), k, parity, *how)
         return replace(assessment, notes=tuple(notes))
 
     def level_statistics(

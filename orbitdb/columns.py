@@ -233,8 +233,18 @@ OF_LEVELS = [
            "1/radius", empty="at the beginning of the list"),
     Column("before", "number", "first level of the list above the gap", "1/radius",
            empty="at the end of the list"),
-    Column("missing", "integer",
-           "number of levels missing between the two; negative if levels are spurious or duplicated"),
+    Column("levels", "integer",
+           "number of levels of the list between after and before; in doubt next to which of them levels are "
+           "missing, or which of them are spurious; in statistics, the number of all levels",
+           empty="for random matrices and random numbers"),
+    Column("missing", "integer", "number of levels missing between after and before"),
+    Column("spurious", "integer", "number of spurious or duplicate levels between after and before"),
+    Column("probability", "number",
+           "probability that the numbers of missing and spurious levels are right; with --numbers, that of "
+           "the number of a level", "1"),
+    Column("gaps", "pairs",
+           "the gaps between neighbours from after to before, each with the probability of every number of "
+           "levels missing in it; in JSON only"),
     Column("excess", "number",
            "number of levels missing below a level of the list; according to the orbits, not rounded", "1"),
     Column("strength", "number",
@@ -250,7 +260,6 @@ OF_STATISTICS = [
     Column("balls", "text",
            "'in' if the levels are unfolded with Weyl's law alone, 'out' if the contribution of the bouncing "
            "balls is removed as well", empty="for random matrices and random numbers"),
-    Column("levels", "integer", "number of levels", empty="for random matrices and random numbers"),
     Column("gap_ratio", "number", "mean ratio of neighbouring gaps, the smaller to the larger", "1",
            "gap_ratio_error"),
     Column("gap_ratio_error", "number", "standard error of gap_ratio", "1",

@@ -16,13 +16,16 @@ from orbitdb.errors import InputError, as_floats, check_int
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
+from orbitdb.quantum.comparison import CUTOFF
+from orbitdb.quantum.judging import FITS
 from orbitdb.quantum.length_spectrum import Spectrum, of_family, of_levels, of_terms, reach
 from orbitdb.quantum.level_statistics import Statistics, expected, statistics
 from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, Staircase, levels_of, reliable_end, staircase
-from orbitdb.quantum.missing_levels import CUTOFF, FITS, WIDEST, Assessment, assess
+from orbitdb.quantum.missing_levels import Assessment, assess, without_twins
+from orbitdb.quantum.radius_fit import WIDEST, widest
 from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
-from orbitdb.quantum.weyl import Parity, check_levels, one_parity, parities_of, weyl
+from orbitdb.quantum.weyl import Parity, as_levels, check_levels, one_parity, parities_of, weyl
 from orbitdb.store import results
 from orbitdb.store.connection import Connection
 from orbitdb.store.fills import read_fills
@@ -45,8 +48,15 @@ _SHOWN = 3
 
 _LOWEST = 3
 """If this many of the lowest levels are missing, the list may be a window."""
-_CLEARLY = 0.7
-"""Hints are given if their scatter is below the largest that fits by this factor."""
+_CLEARLY, _TRIED = 0.8, 100
+"""Hints are given if their misfit is below the largest that fits by this factor, for so many levels."""
+_MOST_NOISE, _MUCH_NOISE = 0.5, 0.1
+"""Largest scatter of levels, in mean spacings, and the scatter from which on a wrong radius may be missed."""
+_LARGEST_ERROR = 0.005
+"""Largest relative error of a radius."""
+_EVERY = 0.8
+_MARGIN = 0.3
+"""Range of k beyond the ends of a list for which the staircase is computed."""
 
 
 def levels_from_zero(
@@ -227,53 +237,76 @@ def assess_levels(
     parity: Parity | str | None = None,
     fit_radius: bool = False,
     window: bool = False,
+    radius_error: float | None = None,
+    noise: float = 0.0,
 ) -> tuple[Assessment, list[str]]:
     """Compare a list of levels with the stored orbits; return the assessment and notes.
 
     Raises
     ------
     InputError
-        If the numbers cannot be levels of the stadium, if too few orbits are stored, or if the orbits cannot
-        tell with which level a window begins.
+        If the numbers cannot be levels of the stadium, or if too few orbits are stored.
     """
     stadium = Stadium(a)
     of = one_parity(parity)
-    if window and (fit_radius or k is None):
+    if k is None and (window or fit_radius):
+        raise InputError("a window, or a list whose radius is to be fitted, needs its levels: give them")
+    if not 0 <= noise <= _MOST_NOISE:
         raise InputError(
-            "a window is a list that may begin with any level: give its levels, with the radius known"
+            f"noise {noise:g}: give the scatter of the levels in mean spacings, 0 to {_MOST_NOISE:g}"
+        )
+    if radius_error is not None and not 0 < radius_error <= _LARGEST_ERROR:
+        raise InputError(
+            f"the relative error of the radius is {radius_error:g}: give up to {_LARGEST_ERROR:g}"
         )
     if k is None:
         k = levels_from_zero(connection, stadium.a, of).k
-    levels = check_levels(k, stadium, of, window)
+    once, twins = without_twins(as_levels(k), stadium, of)
+    levels = check_levels(once, stadium, of, window)
     classes, _ = classes_for_levels(connection, stadium.a)
-    orbits = orbits_for(stadium, classes, of, levels, window)
-    assessment = assess(levels, orbits, stadium, of, window, fit_radius)
+    orbits = orbits_for(stadium, classes, of, levels, window, widest(radius_error))
+    assessment = assess(levels, orbits, stadium, of, window, fit_radius, radius_error, noise)
+    notes = [_on_twins(twins, len(levels))] if twins else []
+    if noise >= _MUCH_NOISE:
+        notes.append(
+            f"with a scatter of {noise:g} mean spacings, a wrong radius or parity may not be noticed"
+        )
     if not assessment.fits or assessment.at_limit:
-        return assessment, _hints(connection, assessment, classes, levels)
-    lowest = 0 if window else int(assessment.number[assessment.number > 0][0]) - 1
-    if lowest < _LOWEST:
-        return assessment, []
-    return assessment, [f"the {lowest} lowest levels are missing: a list that begins higher up is a window"]
+        return assessment, [*notes, *_hints(connection, assessment, classes, levels)]
+    lowest = int(assessment.number[assessment.number > 0][0]) - 1
+    if not window and lowest >= _LOWEST:
+        notes.append(
+            f"the {lowest} lowest levels are missing: a list that begins higher up is a window, --window"
+        )
+    return assessment, notes
+
+
+def _on_twins(pairs: int, levels: int) -> str:
+    """Return a note on levels that stand twice in a list."""
+    if pairs >= _EVERY * levels:
+        return "every level stands twice in the list: each pair counts as one level"
+    return f"{several(pairs, 'level')} stand twice in the list: each pair counts as one level"
 
 
 def _hints(connection: Connection, assessment: Assessment, classes: OrbitClasses, k: Floats) -> list[str]:
     """Return hints for a list that does not fit: a radius, a parity or a stored a with which it fits."""
     stadium, of, window = Stadium(assessment.a), assessment.parity, assessment.window
+    k = k[:_TRIED]
 
     def better(stadium: Stadium, classes: OrbitClasses, parity: Parity | None, fit: bool = False) -> bool:
         try:
             check_levels(k, stadium, parity, window)
-            orbits = orbits_for(stadium, classes, parity, k, window)
-            other = assess(k, orbits, stadium, parity, window, fit)
         except InputError:
             return False
-        return other.scatter < _CLEARLY * FITS and not other.at_limit
+        orbits = orbits_for(stadium, classes, parity, k, window)
+        other = assess(k, orbits, stadium, parity, window, fit)
+        return other.misfit < _CLEARLY * FITS and not other.at_limit
 
     hints = []
     if assessment.at_limit:
         hints.append("the fit of the radius failed: the radius is off by more than half a per cent")
-    elif not window and assessment.scale == 1 and better(stadium, classes, of, True):
-        hints.append("they fit with another radius: find it with --fit-radius (in Python fit_radius=True)")
+    elif assessment.scale == 1 and better(stadium, classes, of, True):
+        hints.append("they fit with another radius: add --fit-radius (in Python fit_radius=True)")
     hints += [
         f"they fit the parity {other}"
         for other in (Parity if of is not None else ())
@@ -334,8 +367,16 @@ def notes_on_windows(levels: Levels, parts: Mapping[Parity, Sequence[LevelWindow
 
 
 def orbits_for(
-    stadium: Stadium, classes: OrbitClasses, parity: Parity | None, k: Floats, window: bool = False
+    stadium: Stadium,
+    classes: OrbitClasses,
+    parity: Parity | None,
+    k: Floats,
+    window: bool = False,
+    wider: float = WIDEST,
 ) -> Staircase:
-    """Return the staircase for comparison with the levels k; for a window, on its range only."""
-    low, high = (max(float(k[0]) - 0.1, 0.0), k[-1]) if window else (0.0, k[-1] * WIDEST)
-    return staircase(stadium, classes, float(high) + 0.1, parity, (CUTOFF,), low)
+    """Return the staircase for comparison with the levels k; for a window, on its range only.
+
+    The range allows for radii wrong by the fraction `wider`.
+    """
+    low = max(float(k[0]) * (1 - 2 * wider) - _MARGIN, 0.0) if window else 0.0
+    return staircase(stadium, classes, float(k[-1]) * (1 + 2 * wider) + _MARGIN, parity, (CUTOFF,), low)

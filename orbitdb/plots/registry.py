@@ -131,7 +131,7 @@ FIGURES: list[Figure] = [
     ),
     Figure(
         "assess", "where levels are missing, according to the orbits",
-        "levels.assess", "levels.draw_assess", takes=LEVELS, passes=("levels", "parity"), needs="levels",
+        "levels.assess", "assess.draw_assess", takes=LEVELS, passes=("levels", "parity"), needs="levels",
     ),
     Figure(
         "spacings", "the level spacings, in units of the mean spacing",
