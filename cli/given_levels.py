@@ -4,7 +4,7 @@ import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, TypeAlias
 
 import typer
 
@@ -24,6 +24,20 @@ Table: TypeAlias = "list[tuple[Parity | None, float]]"
 _LIGHT = 299_792_458.0
 """Speed of light in metres per second."""
 _UNITS = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6, "GHz": 1e9}
+
+
+class Radius(NamedTuple):
+    """A radius in metres, and its standard error if it is known."""
+
+    metres: float
+    error: float | None = None
+
+
+def read_radius(text: str) -> Radius:
+    """Parse a radius such as 0.2 or 0.2+-0.0005, in metres."""
+    value, given, error = text.replace("\u00b1", "+-").partition("+-")
+    return Radius(real(value), real(error) if given else None)
+
 
 _RANGE = typer.Option(metavar="FROM:TO", help="Range of wavenumbers k, in units of 1/radius.")
 Range = Annotated[str, _RANGE]
@@ -54,7 +68,12 @@ class GivenLevels:
         typer.Option(help="The file has frequencies in this unit (in a table, the column frequency)."),
     ] = None
     radius: Annotated[
-        float | None, number_option(help="Radius of the semicircles in metres; goes with --frequency.")
+        Radius | None,
+        number_option(
+            read=read_radius,
+            help="Radius of the semicircles in metres; goes with --frequency. If you add its standard error, "
+            "as in 0.2+-0.0005, 'assess' fits it.",
+        ),
     ] = None
 
     def __post_init__(self) -> None:
@@ -62,8 +81,19 @@ class GivenLevels:
             raise InputError("frequencies need --frequency with their unit and --radius in metres")
         if self.frequency is not None and self.energies:
             raise InputError("--energies and --frequency: the file can contain only one of them")
-        if self.radius is not None and not 0 < self.radius < math.inf:
-            raise InputError(f"--radius {self.radius:g}: give the radius in metres, such as 0.2")
+        if self.radius is not None:
+            metres, error = self.radius
+            if not 0 < metres < math.inf:
+                raise InputError(f"--radius {metres:g}: give the radius in metres, such as 0.2")
+            if error is not None and not 0 < error < math.inf:
+                raise InputError(f"--radius {metres:g}+-{error:g}: give an error above 0")
+
+    @property
+    def radius_error(self) -> float | None:
+        """Relative standard error of the radius, if it is given."""
+        if self.radius is None or self.radius.error is None:
+            return None
+        return self.radius.error / self.radius.metres
 
     def of_one(self) -> "Parity | None":
         """Return the parity given with --parity, or None without it; raise if several are given."""
@@ -104,7 +134,7 @@ class GivenLevels:
             note(f"the levels in {self.levels} were not in order and have been sorted")
         values = np.sort(values)
         if self.frequency is not None and self.radius is not None:
-            values *= 2 * math.pi * _UNITS[self.frequency] * self.radius / _LIGHT
+            values *= 2 * math.pi * _UNITS[self.frequency] * self.radius.metres / _LIGHT
         return np.sqrt(values) if self.energies else values
 
 

@@ -13,7 +13,7 @@ import typer
 
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path, home_expanded
-from orbitdb.text import exact, real, whole
+from orbitdb.text import format_float, parse_int, real
 
 if TYPE_CHECKING:
     from orbitdb.store.selection import Selection
@@ -64,7 +64,7 @@ def offered_half_lengths(context: typer.Context) -> list[str]:
     from orbitdb.errors import StoreError
 
     try:
-        return [*map(exact, Catalogue(context.params.get("db")).a_values())]
+        return [*map(format_float, Catalogue(context.params.get("db")).a_values())]
     except (InputError, StoreError):
         return []
 
@@ -91,7 +91,7 @@ class HalfLengths(tuple[float, ...]):
     __slots__ = ()
 
     def __str__(self) -> str:
-        return ", ".join(map(exact, self))
+        return ", ".join(map(format_float, self))
 
 
 ALL = "all"
@@ -117,7 +117,7 @@ def half_lengths(text: str) -> HalfLengths:
         return HalfLengths([half_length(text)])
     if len(parts) != 3:
         raise ValueError(f"{text!r:.40}: give one value, or a grid FROM:TO:COUNT such as 0.3:10:40")
-    low, high, count = half_length(parts[0]), half_length(parts[1]), whole(parts[2])
+    low, high, count = half_length(parts[0]), half_length(parts[1]), parse_int(parts[2])
     if not (low < high and 2 <= count <= _MOST_VALUES):
         raise ValueError(
             f"{text:.40}: a grid has 2 to {_MOST_VALUES} values, from a smaller a to a larger one"
@@ -127,6 +127,28 @@ def half_lengths(text: str) -> HalfLengths:
     if list(values) != sorted(set(values)):
         raise ValueError(f"{text:.40}: the ends are too close for {count} values with {_DIGITS} digits")
     return HalfLengths(values)
+
+
+class Curvatures(tuple[float, ...]):
+    """What one --kappa stands for: a single curvature, or the values of a grid."""
+
+    __slots__ = ()
+
+
+def curvatures(text: str) -> Curvatures:
+    """Parse curvatures such as ``0.05`` or the evenly spaced grid ``0:0.3:31``."""
+    parts = text.split(":")
+    if len(parts) == 1:
+        return Curvatures([real(text)])
+    if len(parts) != 3:
+        raise ValueError(f"{text!r:.40}: give one value, or a grid FROM:TO:COUNT such as 0:0.3:31")
+    low, high, count = real(parts[0]), real(parts[1]), parse_int(parts[2])
+    if not (low < high < math.inf and 2 <= count <= _MOST_VALUES):
+        raise ValueError(
+            f"{text:.40}: a grid has 2 to {_MOST_VALUES} values, from a smaller kappa to a larger one"
+        )
+    steps = (low + (high - low) * i / (count - 1) for i in range(1, count - 1))
+    return Curvatures([low, *(float(f"{kappa:.{_DIGITS}g}") for kappa in steps), high])
 
 
 Asked: TypeAlias = Sequence[HalfLengths] | float | None
@@ -150,7 +172,7 @@ def named(asked: Asked) -> tuple[float, ...] | None:
 # single options
 
 
-def number_option(*flags: str, help: str, read: Callable[[str], float] = real, **more: Any) -> Any:
+def number_option(*flags: str, help: str, read: Callable[[str], Any] = real, **more: Any) -> Any:
     """Return an option that takes a number, such as a `half_length`."""
     return typer.Option(*flags, metavar="NUMBER", parser=_reader(read), help=help, **more)
 
@@ -163,7 +185,7 @@ def a_option(default: str = "") -> Any:
 
 def count_option(*flags: str, help: str, least: float = -math.inf, most: float = math.inf) -> Any:
     """Return an option that takes a whole number within bounds; it may be written as 1e6."""
-    return typer.Option(*flags, metavar="COUNT", parser=_reader(whole, least, most), help=help)
+    return typer.Option(*flags, metavar="COUNT", parser=_reader(parse_int, least, most), help=help)
 
 
 def _reader(reading: Callable[[str], Any], least: float = -math.inf, most: float = math.inf) -> Any:
@@ -219,6 +241,16 @@ StoredHalfLengths = Annotated[
         autocompletion=offered_several_half_lengths,
     ),
 ]
+Kappa = Annotated[
+    list[Curvatures] | None,
+    typer.Option(
+        "--kappa",
+        metavar="NUMBER",
+        parser=_reader(curvatures),
+        help="Curvature of the path in a magnetic field, in 1/radius, positive if it turns left; "
+        "repeatable; also a grid FROM:TO:COUNT.",
+    ),
+]
 Parameters = Annotated[
     list[str] | None,
     typer.Option("-P", metavar="NAME=VALUE", help="The value of :name in the SQL; repeatable."),
@@ -247,7 +279,11 @@ Codes = Annotated[list[str] | None, typer.Option("--code", help="Same as WORD; r
 """`orbitdb.cli.reading.given_codes` reads these together with `Words`."""
 
 Limit = Annotated[
-    int | None, count_option(least=0, help="Maximum number of rows [default: 40 in a table, otherwise all].")
+    int | None,
+    count_option(
+        least=0,
+        help="Maximum number of rows, at each a if you ask for several [default: 40 in a table, else all].",
+    ),
 ]
 ON_SCREEN = 40
 """Default limit for a table."""
@@ -291,7 +327,7 @@ def _typed(context: typer.Context, name: str | None) -> bool:
 
 
 @dataclass(frozen=True)
-class Choice:
+class SelectionOptions:
     """The options that choose a subset of the catalogue, as the user typed them.
 
     A command gets all of them through one parameter, ``choice: Choice`` (`with_groups`).
@@ -319,6 +355,13 @@ class Choice:
         str | None,
         typer.Option(metavar="SYMBOLS", help="Words that contain this sequence of symbols, in any rotation."),
     ] = None
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="SYMBOLS",
+            help="Words that do not contain this sequence of symbols, in any rotation; repeatable.",
+        ),
+    ] = None
     exists: Annotated[
         list[float] | None,
         number_option(
@@ -338,33 +381,36 @@ class Choice:
         typer.Option(
             "--range",
             metavar="NAME=LOW:HIGH",
-            help="Range of length, lyapunov, lambda_d, lambda_c, margin, born or dies; repeatable.",
+            help="Range of length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born or dies, or "
+            "number of walls, such as walls=0; repeatable.",
         ),
     ] = None
     where: Annotated[
         str | None,
         typer.Option(
             metavar="SQL",
-            help="Rows for which this SQL expression holds; code = code('310') finds a word in any rotation.",
+            help="Rows for which this SQL expression holds; code = code('310') finds a word in any rotation, "
+            "contains(code, '0202') the words that contain 0202 in any rotation.",
         ),
     ] = None
     parameters: Parameters = None
 
     def at(self, a: float) -> "Selection":
         """Return the subset at a given a; raise if an option cannot be parsed."""
-        from orbitdb.store.selection import SelectionError, chosen_by, parse_bounds
+        from orbitdb.store.selection import Selection, SelectionError, parse_bounds
         from orbitdb.store.where import parse_parameters
 
         if self.parameters and self.where is None:
             raise SelectionError("-P gives a value to a name in --where: give --where, or leave out -P")
         parameters = parse_parameters(self.parameters or (), self.where or "")
         names = ("p", "status", "symmetry", "contains", "where")
-        chosen = chosen_by(
+        chosen = Selection.from_criteria(
             a=a,
             **{name: getattr(self, name) for name in names},
             time_reversal=self.reversal,
             exists=self.exists or (),
             not_at=self.not_at or (),
+            without=self.without or (),
             parameters=parameters,
         )
         return replace(chosen, ranges=parse_bounds(self.bounds or ()))

@@ -18,12 +18,18 @@ def facts(
     orbit: "Orbit", born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
 ) -> list[tuple[str, str]]:
     """Return the facts about a word, and the words born with it, as pairs of a name and a text."""
+    from orbitdb.orbits.status import EXISTING
     from orbitdb.symbols.pruning import RULES
     from orbitdb.symbols.words import run_notation
-    from orbitdb.text import closed_form, exact
+    from orbitdb.text import closed_form, format_float
 
     code = orbit.code if orbit.p <= LONG_CODE else run_notation(orbit.code)
-    facts = [("code", code), ("a", exact(orbit.a)), ("p", str(orbit.p)), ("status", orbit.status.sentence)]
+    facts = [
+        ("code", code),
+        ("a", format_float(orbit.a)),
+        ("p", str(orbit.p)),
+        ("status", orbit.status.sentence),
+    ]
     facts += [(f"  rule {rule.number}", rule.sentence) for rule in RULES if rule.number in orbit.rules]
     if orbit.exists:
         facts.append(("exists", lives_text(orbit.exists)))
@@ -37,7 +43,9 @@ def facts(
             facts.append((name, number(name, value) if bound is None else with_bound(value, bound, sign)))
     if orbit.class_size is not None:
         words, least = several(orbit.class_size, "word"), code_text(orbit.representative)
-        reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
+        another = "orbit" if orbit.status in EXISTING else "word"
+        retraces = orbit.time_reversal == "self"
+        reversal = "retraces its path" if retraces else f"its reverse is another {another}"
         symmetry = "no symmetry" if orbit.symmetry == "1" else f"symmetry {orbit.symmetry}"
         facts += [("time_reversal", reversal), ("class", f"{words}, least {least}, {symmetry}")]
     return [*facts, ("stored", "yes" if orbit.stored else "no: solved on the spot")]

@@ -20,7 +20,7 @@ from orbitdb.answers.export import TEXT_WRITERS
 from orbitdb.cli.advice import completed
 from orbitdb.errors import InputError
 from orbitdb.progress import Tell, aside, nobody, shown
-from orbitdb.text import as_sure, exact, line, outward, printable, upwards
+from orbitdb.text import as_sure, format_float, line, outward, printable, upwards
 
 
 class Format(StrEnum):
@@ -39,7 +39,8 @@ FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
 """The formats that have few columns and rounded numbers."""
 
 _DECIMALS = {
-    "turns": 2, "share": 2, "repetitions": 1, **dict.fromkeys(("length", "total", "lyapunov"), 7),
+    "turns": 2, "share": 2, "probability": 3, "repetitions": 1,
+    **dict.fromkeys(("length", "total", "lyapunov"), 7),
     **dict.fromkeys(("coordinate", "x", "y", "arclength", "sine"), 12),
 }  # fmt: skip
 """Decimals shown in tables. Columns not listed have 6; formats for programs give all digits."""
@@ -94,7 +95,7 @@ def number(name: str, value: Any) -> str:
         if name == "K_0":
             return f"{math.floor(value * 1000) / 1000:.3f}"  # truncated, not rounded, as in the paper
         decimals = _DECIMALS.get(name, 6)
-        return exact(value) if name == "a" else f"{value:z.{decimals}f}"
+        return format_float(value) if name in ("a", "kappa") else f"{value:z.{decimals}f}"
     if isinstance(value, list | tuple):
         return " ".join(number(name, item) for item in value)
     return printable(str(value))
@@ -161,10 +162,10 @@ def write_facts(facts: Sequence[tuple[str, str]]) -> None:
     width = max(len(name) for name, _ in facts)
     columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else sys.maxsize
     for name, text in facts:
-        sys.stdout.writelines(beside(f"{name.ljust(width)}  ", printable(text), columns))
+        sys.stdout.writelines(wrap_after(f"{name.ljust(width)}  ", printable(text), columns))
 
 
-def beside(start: str, text: str, columns: int) -> Iterator[str]:
+def wrap_after(start: str, text: str, columns: int) -> Iterator[str]:
     """Yield the lines of a text that is wrapped beside the start of its first line, if there is room."""
     room = max(columns - len(start), _LEAST_WIDTH)
     for part in wrap(text, room, break_long_words=False, break_on_hyphens=False) or [""]:

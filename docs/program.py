@@ -156,8 +156,9 @@ def checks() -> str:
 _SUBJECTS = {
     "The catalogue": ("catalogue", "store", "filling", "verification", "answers.completeness"),
     "Orbits": ("billiard", "orbits"),
-    "Averages and entropy": ("averages", "entropy", "trajectories.ensemble"),
+    "Averages and entropy": ("averages", "entropy_bounds", "trajectories.ensemble"),
     "Levels": ("quantum", "answers.scars"),
+    "In a magnetic field": ("magnetic", "answers.field"),
     "Trajectories and the symbol plane": ("trajectories", "symbols", "answers.identification"),
     "Results": ("answers", "extras"),
     "Errors": ("errors",),

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import AlteredError, InputError, StoreError, need_whole
+from orbitdb.errors import AlteredError, InputError, StoreError, check_int
 from orbitdb.extras import Rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, nobody, telling
@@ -18,12 +18,12 @@ from orbitdb.store.connection import ClosedError, Connection, never
 from orbitdb.store.file import Store
 from orbitdb.store.lookup import (
     WITH_ORBITS,
-    a_meant,
     a_values,
     born_with,
     certificate_of,
+    default_a,
+    default_among,
     find_word,
-    meant,
     with_existence,
 )
 from orbitdb.store.paths import default_path, home_expanded
@@ -31,9 +31,8 @@ from orbitdb.store.selection import (
     Criteria,
     Selection,
     SelectionError,
-    chosen_by,
+    check_periods,
     chosen_periods,
-    fillable,
     with_criteria,
 )
 from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
@@ -45,6 +44,7 @@ if TYPE_CHECKING:
 
     from orbitdb.answers.completeness import Counted
     from orbitdb.answers.dataset import Dataset
+    from orbitdb.answers.field import FieldOrbits
     from orbitdb.answers.identification import Candidates, Trajectory
     from orbitdb.answers.info import Info
     from orbitdb.answers.listing import Listing
@@ -52,8 +52,8 @@ if TYPE_CHECKING:
     from orbitdb.answers.scars import Scar
     from orbitdb.answers.sql_result import SqlResult
     from orbitdb.answers.subset import Subset
-    from orbitdb.entropy.bounds import EntropyBounds
-    from orbitdb.entropy.proof import Proof
+    from orbitdb.entropy_bounds.bounds import EntropyBounds
+    from orbitdb.entropy_bounds.proof import Proof
     from orbitdb.filling.estimate import Need
     from orbitdb.filling.workers import Workers
     from orbitdb.orbits.exponents import OrbitClasses
@@ -100,7 +100,7 @@ class Catalogue:
     <Catalogue orbits.db: periods 2-11 at a = 1.6>
     >>> round(catalogue["1232131"].length, 9), "1232131" in catalogue, len(catalogue)
     (22.454362411, True, 89789)
-    >>> catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35))
+    >>> print(catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35)))
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
     Each question reads the file as it is at that moment; `snapshot` asks several questions at one moment. If
@@ -151,8 +151,8 @@ class Catalogue:
             If you gave none, and orbits are stored at several values of ``a`` but not at 1.6.
         """
         if self._a is None:
-            with self.snapshot() as moment:
-                self._a = a_meant(moment)
+            with self.snapshot() as connection:
+                self._a = default_a(connection)
         return self._a
 
     @contextmanager
@@ -173,10 +173,10 @@ class Catalogue:
         True
         """
         before = getattr(self._of_thread, "moment", None)
-        with self._moment(cancelled) as moment:
-            self._of_thread.moment = moment
+        with self._moment(cancelled) as connection:
+            self._of_thread.moment = connection
             try:
-                yield moment
+                yield connection
             finally:
                 self._of_thread.moment = before
 
@@ -199,7 +199,8 @@ class Catalogue:
     def engine(self) -> "sqlalchemy.Engine":
         """SQLAlchemy's engine for SQL of your own, such as ``pandas.read_sql(query, catalogue.engine)``.
 
-        Its connections read the tables and views of `orbitdb sql`, and know ``code()``; they cannot write.
+        Its connections read the tables and views of `orbitdb sql`, and know ``code()`` and ``contains()``;
+        they cannot write.
         """
         return self._file.engine
 
@@ -209,24 +210,24 @@ class Catalogue:
 
     def __repr__(self) -> str:
         try:
-            with self.snapshot() as moment:
-                contents = self._contents(moment)
+            with self.snapshot() as connection:
+                contents = self._contents(connection)
         except StoreError as error:
             contents = str(error)
         return f"<Catalogue {self.path.name}: {contents}>"
 
-    def _contents(self, moment: Connection) -> str:
+    def _contents(self, connection: Connection) -> str:
         """Return one line that says which periods are filled, beginning with the default ``a``."""
         from orbitdb.answers.completeness import describe_fills
         from orbitdb.store.fills import read_fills
 
-        values = a_values(moment, WITH_ORBITS)
+        values = a_values(connection, WITH_ORBITS)
         try:
-            own = [meant(values) if self._a is None else self._a]
+            own = [default_among(values) if self._a is None else self._a]
         except InputError:
             own = []
         others = [a for a in values if a not in own]
-        parts = [describe_fills(read_fills(moment, a), a) for a in (*own, *others[:_SHOWN])]
+        parts = [describe_fills(read_fills(connection, a), a) for a in (*own, *others[:_SHOWN])]
         return "; ".join(parts) + (f"; and at {len(others) - _SHOWN} more" if len(others) > _SHOWN else "")
 
     # what is stored
@@ -238,8 +239,8 @@ class Catalogue:
         """
         from orbitdb.answers.info import read_info
 
-        with self.snapshot() as moment:
-            return read_info(moment, facts)
+        with self.snapshot() as connection:
+            return read_info(connection, facts)
 
     def sql(self, statement: str, parameters: Mapping[str, str | int | float] | None = None) -> "SqlResult":
         """Return the rows of one SELECT statement, over all values of ``a``, read on demand.
@@ -270,24 +271,24 @@ class Catalogue:
         if with_levels:
             from orbitdb.verification.verify import verifiable
 
-            with self.snapshot() as moment:
-                return verifiable(moment)
-        with self.snapshot() as moment:
-            return a_values(moment, WITH_ORBITS if orbits else ())
+            with self.snapshot() as connection:
+                return verifiable(connection)
+        with self.snapshot() as connection:
+            return a_values(connection, WITH_ORBITS if orbits else ())
 
     def fills(self, *, a: float | None = None) -> "Rows[Fill]":
         """Return the fills at a given ``a``, in order of period."""
         from orbitdb.store.fills import read_fills
 
-        with self.snapshot() as moment:
-            return Rows(read_fills(moment, self._at(a)))
+        with self.snapshot() as connection:
+            return Rows(read_fills(connection, self._at(a)))
 
     def birth_fills(self) -> "Rows[BirthFill]":
         """Return how far births and deaths are stored, period by period."""
         from orbitdb.store.lives import read_birth_fills
 
-        with self.snapshot() as moment:
-            return Rows(read_birth_fills(moment))
+        with self.snapshot() as connection:
+            return Rows(read_birth_fills(connection))
 
     def births(self, p: int) -> "Births":
         """Return the ranges of ``a`` in which the classes of a period are orbits, in order of birth.
@@ -302,10 +303,10 @@ class Catalogue:
         from orbitdb.answers.results import Births
         from orbitdb.store.lives import read_lives
 
-        period = need_whole("p", p, -math.inf)
-        fillable([(period, period)])
-        with self.snapshot() as moment:
-            return Births(read_lives(moment, period))
+        period = check_int("p", p, -math.inf)
+        check_periods([(period, period)])
+        with self.snapshot() as connection:
+            return Births(read_lives(connection, period))
 
     def entropy_bounds(self, *, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
         """Return the tightest bounds on the topological entropy that `prove_bounds` stored, or None.
@@ -317,37 +318,37 @@ class Catalogue:
         """
         from orbitdb.store.results import tightest_bounds
 
-        with self.snapshot() as moment:
-            return tightest_bounds(moment, self._at(a), proof)
+        with self.snapshot() as connection:
+            return tightest_bounds(connection, self._at(a), proof)
 
     def entropy_curve(self, *, proof: str | None = None) -> "Rows[EntropyBounds]":
         """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
         from orbitdb.store.results import bounds_by_a
 
-        with self.snapshot() as moment:
-            return Rows(bounds_by_a(moment, proof))
+        with self.snapshot() as connection:
+            return Rows(bounds_by_a(connection, proof))
 
     def reference(self, *, a: float | None = None) -> "Reference | None":
         """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
         from orbitdb.store.results import best_reference
 
-        with self.snapshot() as moment:
-            return best_reference(moment, self._at(a))
+        with self.snapshot() as connection:
+            return best_reference(connection, self._at(a))
 
     def sweeps(self, *, a: float | None = None) -> "Rows[Sweep]":
         """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
         from orbitdb.store.fills import read_sweeps
 
-        with self.snapshot() as moment:
-            return Rows(read_sweeps(moment, self._at(a)))
+        with self.snapshot() as connection:
+            return Rows(read_sweeps(connection, self._at(a)))
 
     def contents(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
         """Return what is stored at a given ``a``, in some periods or in all; `delete` would delete it."""
         from orbitdb.store.contents import contents
 
-        chosen = chosen_by(a=a, p=p)
-        with self.snapshot() as moment:
-            return contents(moment, chosen.a, chosen.periods)
+        chosen = Selection.from_criteria(a=a, p=p)
+        with self.snapshot() as connection:
+            return contents(connection, chosen.a, chosen.periods)
 
     # one word
 
@@ -357,8 +358,8 @@ class Catalogue:
         The word consists of symbols 0 to 5, or is in run notation; otherwise a `WordError` is raised.
         """
         symbols = parse(word)
-        with self.snapshot() as moment:
-            return find_word(moment, symbols, self._at(a))
+        with self.snapshot() as connection:
+            return find_word(connection, symbols, self._at(a))
 
     def __contains__(self, word: object) -> bool:
         """Tell whether a word is stored, whatever its rotation and status."""
@@ -396,13 +397,13 @@ class Catalogue:
 
         They are given by their representatives. Classes with another period are left out.
         """
-        with self.snapshot() as moment:
-            return born_with(moment, orbit)
+        with self.snapshot() as connection:
+            return born_with(connection, orbit)
 
     def certificate(self, orbit: Orbit) -> tuple[float, int] | None:
         """Return the radius and the number of bits of the stored proof of an orbit, or None."""
-        with self.snapshot() as moment:
-            return certificate_of(moment, orbit.representative, orbit.a)
+        with self.snapshot() as connection:
+            return certificate_of(connection, orbit.representative, orbit.a)
 
     def __iter__(self) -> Iterator[str]:
         """Yield the stored words, as least rotations, in order of period."""
@@ -444,7 +445,7 @@ class Catalogue:
             Columns to sort by, separated by commas; ``desc`` after a name, or ``-`` before it, reverses the
             order. Ties are broken by period, representative and element, in ascending order.
         limit, offset : int, optional
-            Maximum number of rows to yield, and number of rows to skip first.
+            Maximum number of rows to yield, and number of rows to skip first, both at each a.
         classes : bool, optional
             Whether to return one row per symmetry class with chosen words, that of its representative.
 
@@ -453,13 +454,13 @@ class Catalogue:
         >>> for code, length in catalogue.rows(p="2-11", order="length", limit=2, columns=("code", "length")):
         ...     print(code, round(length, 6))
         13 10.4
-        013 10.830391
+        013 10.850685
         """
         from orbitdb.answers.listing import Listing
         from orbitdb.store.query import COLUMNS
 
-        first = need_whole("offset", offset, 0)
-        most = None if limit is None else need_whole("limit", limit, 0)
+        first = check_int("offset", offset, 0)
+        most = None if limit is None else check_int("limit", limit, 0)
         chosen = self._several(selection, criteria)
         names = COLUMNS if columns is None else tuple(columns)
         return Listing(self.snapshot, self._moment, chosen, names, order, most, first, classes)
@@ -467,9 +468,9 @@ class Catalogue:
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
         """Return the number of words in a chosen subset, given as in `select`."""
-        from orbitdb.store.query import choose
+        from orbitdb.store.query import select_words
 
-        return len(self._answer(choose, selection, criteria))
+        return len(self._answer(select_words, selection, criteria))
 
     @with_criteria
     def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Counted":
@@ -487,6 +488,7 @@ class Catalogue:
         selection: Selection | None = None,
         *,
         order: str = "p",
+        limit: int | None = None,
         coordinates: bool = False,
         classes: bool = False,
         **criteria: Unpack[Criteria],
@@ -499,8 +501,10 @@ class Catalogue:
             The subset; you can give the criteria below instead.
         order : str, optional
             Columns to sort by, as in `rows`.
+        limit : int, optional
+            Maximum number of entries; the subset knows how many there are in all (`Subset.total`).
         coordinates : bool, optional
-            Whether to read the coordinates as well.
+            Whether to read the coordinates at once; otherwise they are read when they are needed.
         classes : bool, optional
             Whether to return one entry per symmetry class with chosen words, its representative.
         a : float, optional
@@ -511,10 +515,14 @@ class Catalogue:
             One or more statuses; a text such as ``orbit,boundary`` can name several.
         time_reversal, symmetry, contains, where, parameters : optional
             As in `Selection`.
+        without : str or iterable of str, optional
+            Patterns of symbols that the words must not contain, read cyclically, such as ``"0202"``.
         exists, not_at : float or iterable of float, optional
             Values of ``a`` at which the words must be orbits, and at which they must not be.
-        length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float or None, float or None), optional
+        length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float, float), optional
             Least and greatest value, or None for no limit, as in ``length=(3, None)``.
+        walls : int or (int, int), optional
+            Number of bounces on straight walls, or its least and greatest value.
 
         Raises
         ------
@@ -523,12 +531,13 @@ class Catalogue:
 
         Examples
         --------
-        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).codes
+        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).code
         array(['13', '013', '031', '132', '123'], dtype=StringDType())
         """
         from orbitdb.answers.subset import read_subset
 
-        return self._answer(read_subset, selection, criteria, order, coordinates, classes)
+        most = None if limit is None else check_int("limit", limit, 0)
+        return self._answer(read_subset, selection, criteria, order, coordinates, classes, most)
 
     @with_criteria
     def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "OrbitClasses":
@@ -536,16 +545,18 @@ class Catalogue:
 
         The parameters are those of `select`. Orbits through a joint are included if you ask for their status.
         """
-        from orbitdb.answers.whole_periods import read_classes
+        from orbitdb.answers.complete_periods import read_classes
 
         return self._answer(read_classes, selection, criteria)
 
     @with_criteria
-    def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+    def table(
+        self, selection: "Selection | Sequence[Selection] | None" = None, **criteria: Unpack[Criteria]
+    ) -> "Result":
         """Return the paper's Table 1: the numbers of words and orbits by period, and the entropy K_0.
 
-        The only parameters are ``a`` and ``p``; `Subset.table` counts the rows of other subsets. If a period
-        is not filled, its counts come from a sweep or from births.
+        The only parameters are ``a``, one or several, and ``p``; `Subset.table` counts the rows of other
+        subsets. If a period is not filled, its counts come from a sweep or from births.
 
         Examples
         --------
@@ -554,13 +565,15 @@ class Catalogue:
         """
         from orbitdb.answers.entropy import table
 
-        return self._answer(table, selection, criteria)
+        return self._result(table, selection, criteria)
 
     @with_criteria
-    def entropy(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+    def entropy(
+        self, selection: "Selection | Sequence[Selection] | None" = None, **criteria: Unpack[Criteria]
+    ) -> "Result":
         """Return the topological entropy estimated from chosen orbits, by period, and proved bounds on it.
 
-        The parameters are those of `select`.
+        The parameters are those of `select`; several ``a`` give one table, with ``a`` as its first column.
 
         Examples
         --------
@@ -569,12 +582,12 @@ class Catalogue:
         """
         from orbitdb.answers.entropy import entropy
 
-        return self._answer(entropy, selection, criteria)
+        return self._result(entropy, selection, criteria)
 
     @with_criteria
     def lyapunov(
         self,
-        selection: Selection | None = None,
+        selection: "Selection | Sequence[Selection] | None" = None,
         *,
         weight: str = "exp",
         cut: float | None = None,
@@ -582,6 +595,8 @@ class Catalogue:
         **criteria: Unpack[Criteria],
     ) -> "Result":
         """Return the Lyapunov exponents averaged over orbits chosen as in `select`, by period and method.
+
+        Several ``a`` give one table, with ``a`` as its first column.
 
         Parameters
         ----------
@@ -595,7 +610,7 @@ class Catalogue:
         from orbitdb.answers.lyapunov import lyapunov
 
         with telling(progress, "averaging") as tell:
-            return self._answer(lyapunov, selection, criteria, weight, cut, tell)
+            return self._result(lyapunov, selection, criteria, weight, cut, tell)
 
     @with_criteria
     def write_dataset(
@@ -623,8 +638,8 @@ class Catalogue:
         """
         from orbitdb.answers.dataset import write_dataset
 
-        with telling(progress, "dataset") as tell, self.snapshot() as moment:
-            return write_dataset(moment, Path(folder), self._several(selection, criteria), force, tell)
+        with telling(progress, "dataset") as tell, self.snapshot() as connection:
+            return write_dataset(connection, Path(folder), self._several(selection, criteria), force, tell)
 
     def identify(
         self,
@@ -699,8 +714,60 @@ class Catalogue:
         """
         from orbitdb.answers.identification import read_candidates
 
-        with self.snapshot() as moment:
-            return read_candidates(moment, self._at(a), length, tolerance, limit)
+        with self.snapshot() as connection:
+            return read_candidates(connection, self._at(a), length, tolerance, limit)
+
+    # in a magnetic field
+
+    @with_criteria
+    def field(
+        self,
+        kappa: "ArrayLike",
+        selection: Selection | None = None,
+        *,
+        words: str | Iterable[str] | None = None,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "FieldOrbits":
+        """Follow words into a magnetic field, where paths are arcs of circles; nothing is stored.
+
+        Each word starts at its fixed point without a field, also if that is not an orbit, and is followed in
+        steps of the curvature. Words chosen by ``a`` and ``p`` alone need not be stored.
+
+        Parameters
+        ----------
+        kappa : float or sequence of float
+            Curvatures of the path, 1 / (cyclotron radius), in 1/radius; positive if it turns left.
+        selection : Selection, optional
+            The words, by default those of all filled periods; or give criteria, as in `select`. They apply to
+            the stored numbers, which are those without a field.
+        words : str or iterable of str, optional
+            Instead, primitive words of any period, stored or not; a single text is one word.
+        progress : optional
+            As for `fill`.
+
+        Raises
+        ------
+        InputError
+            If 2 / kappa is not above the longest chord, 2a + 2, or if there are too many words.
+
+        Examples
+        --------
+        >>> orbits = catalogue.field([0.05, 0.1], words="0123")
+        >>> orbits.status.tolist(), orbits.splitting.round(6).tolist()
+        (['orbit', 'orbit'], [-0.52, -1.04])
+        """
+        from orbitdb.answers.field import follow_words
+        from orbitdb.answers.field_words import chosen_words, named_words
+
+        if words is None:
+            picked = self._answer(chosen_words, selection, criteria)
+        elif selection is not None or criteria.keys() - {"a"}:
+            raise InputError("give words, or criteria that choose them, not both")
+        else:
+            picked = named_words(words, self._chosen(None, criteria).a)
+        with telling(progress, "field") as tell:
+            return follow_words(picked, kappa, tell)
 
     # making
 
@@ -786,7 +853,7 @@ class Catalogue:
         from orbitdb.store.fills import read_fills
 
         at, wanted = self._at(a), () if periods is None else chosen_periods(periods)
-        single = [filling.fillable(word) for word in ([words] if isinstance(words, str | int) else words)]
+        single = [filling.check_word(word) for word in ([words] if isinstance(words, str | int) else words)]
         if not wanted and not single:
             raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
         if geometric and not wanted:
@@ -801,9 +868,9 @@ class Catalogue:
     @staticmethod
     def check_word(word: str) -> str:
         """Return the symbols of a word; raise `InputError` if it cannot be stored."""
-        from orbitdb.filling.fill import fillable
+        from orbitdb.filling.fill import check_word
 
-        return fillable(word)
+        return check_word(word)
 
     def fill_word(self, word: str, *, method: str = "newton", a: float | None = None) -> Orbit:
         """Store a primitive word of any period with its symmetry class, and return its orbit.
@@ -878,20 +945,20 @@ class Catalogue:
         store : bool, optional
             Whether to store the result.
         """
-        from orbitdb.filling import records
+        from orbitdb.filling.simulate import simulate
 
-        at, wanted = Stadium(self._at(a)), need_whole("bounces", bounces)
+        at, wanted = Stadium(self._at(a)), check_int("bounces", bounces)
         if store:
-            records.check_writable(self.path)
+            self.check_writable()
         with telling(progress, "trajectories") as tell:
-            averages = records.simulate(at, wanted, _seed(seed), legwise, tell)
+            averages = simulate(at, wanted, _seed(seed), legwise, tell)
         if store:
             self.keep(averages)
         return averages
 
     def keep(self, averages: "Reference") -> None:
         """Store averages over trajectories that were computed elsewhere, such as by `orbitdb.simulate`."""
-        from orbitdb.filling.records import keep_simulated
+        from orbitdb.filling.simulate import keep_simulated
 
         keep_simulated(self.path, averages)
 
@@ -956,10 +1023,10 @@ class Catalogue:
         a : float or sequence of float, optional
             One or several half lengths.
         """
-        from orbitdb.filling import records
+        from orbitdb.filling import bounds
 
         values = [self._at(one) for one in (a if isinstance(a, Sequence) else [a])]
-        limits = records.limits_of(edges, width, seconds)
+        limits = bounds.limits_of(edges, width, seconds)
         asked = {
             "a": values,
             "window": limits[0],
@@ -967,13 +1034,11 @@ class Catalogue:
             "time": seconds,
             "prove": proofs is not None,
         }
-        return records.find_bounds(
-            self.path if store else None, values, limits, proofs, jobs, progress, asked
-        )
+        return bounds.find_bounds(self.path if store else None, values, limits, proofs, jobs, progress, asked)
 
     def check_writable(self) -> None:
         """Raise `StoreError` if nothing can be stored in the file, before long work."""
-        from orbitdb.filling.records import check_writable
+        from orbitdb.store.writing import check_writable
 
         check_writable(self.path)
 
@@ -1021,15 +1086,17 @@ class Catalogue:
         from orbitdb.verification.verify import verifiable, verified
 
         everywhere = not isinstance(selection, Selection) and criteria.get("a") is None
-        selections = self._several(selection, criteria)
-        sample = None if sample is None else need_whole("sample", sample)
-        restarts, drawn = need_whole("restarts", restarts, 0), _seed(seed)
-        with self.snapshot() as moment:
-            if selection is None and everywhere:
-                selections = tuple(replace(selections[0], a=at) for at in verifiable(moment))
+        unnamed = selection is None and everywhere
+        selections = () if unnamed else self._several(selection, criteria)
+        sample = None if sample is None else check_int("sample", sample)
+        restarts, drawn = check_int("restarts", restarts, 0), _seed(seed)
+        with self.snapshot() as connection:
+            if unnamed:
+                every = Selection.from_criteria(**criteria)
+                selections = tuple(replace(every, a=at) for at in verifiable(connection))
             missing: list[str] = []
             with suppress(AlteredError):  # one of the checks reports it
-                missing += gaps_of_periods(moment, selections, everywhere)
+                missing += gaps_of_periods(connection, selections, everywhere)
         with telling(progress, "verify") as tell:
             found = verified(self.path, selections, sample, restarts, drawn, births, rigorous, jobs, tell)
         return replace(found, notes=tuple(missing))
@@ -1058,7 +1125,7 @@ class Catalogue:
 
         at = Stadium(a).a  # no default: None would otherwise delete what is stored at 1.6
         contents = self.contents(at, p)
-        delete(self.path, at, chosen_by(p=p).periods)
+        delete(self.path, at, Selection.from_criteria(p=p).periods)
         return contents
 
     # quantum levels
@@ -1088,14 +1155,14 @@ class Catalogue:
             Whether to store the levels; if not, stored ones are computed again.
         """
         from orbitdb.answers.levels import notes_on_windows
-        from orbitdb.filling import records
+        from orbitdb.filling.levels import find_levels
         from orbitdb.quantum.levels import Levels
         from orbitdb.quantum.weyl import parities_of
 
         at, (low, high) = Stadium(self._at(a)), (0.0, low) if high is None else (low, high)
         with telling(progress, "levels") as tell:
             path = self.path if store else None
-            windows = records.find_levels(path, at, low, high, parities_of(parities), jobs, tell)
+            windows = find_levels(path, at, low, high, parities_of(parities), jobs, tell)
         levels = Levels.joined(at.a, low, high, windows)
         return replace(levels, notes=notes_on_windows(levels, windows))
 
@@ -1128,8 +1195,8 @@ class Catalogue:
         """
         from orbitdb.answers.levels import read_spectrum
 
-        with self.snapshot() as moment:
-            return read_spectrum(moment, self._at(a), lengths, points, k_max, levels, parity)
+        with self.snapshot() as connection:
+            return read_spectrum(connection, self._at(a), lengths, points, k_max, levels, parity)
 
     def levels(
         self,
@@ -1157,10 +1224,10 @@ class Catalogue:
 
         if method not in ("elements", "orbits"):
             raise InputError(f"method {method!r}: use elements or orbits")
-        with self.snapshot() as moment:
+        with self.snapshot() as connection:
             if method == "elements":
-                return levels_from_zero(moment, self._at(a), parity, k_max)
-            return levels_from_orbits(moment, self._at(a), k_max, parities_of(parity))
+                return levels_from_zero(connection, self._at(a), parity, k_max)
+            return levels_from_orbits(connection, self._at(a), k_max, parities_of(parity))
 
     def assess(
         self,
@@ -1169,9 +1236,13 @@ class Catalogue:
         parity: "Parity | str | None" = None,
         window: bool = False,
         fit_radius: bool = False,
+        radius_error: float | None = None,
+        noise: float = 0.0,
         a: float | None = None,
     ) -> "Assessment":
         """Use the stored orbits to find where levels are missing from a list, and where some are spurious.
+
+        Every statement of the result has a probability.
 
         Parameters
         ----------
@@ -1184,11 +1255,16 @@ class Catalogue:
             Whether the list begins with any level; `Assessment.first` then says which one it is.
         fit_radius : bool, optional
             Whether to fit the radius, in case it is known only to within half a per cent.
+        radius_error : float, optional
+            Relative standard error of the radius, if it is fitted.
+        noise : float, optional
+            Scatter of the levels, in mean spacings.
         """
         from orbitdb.answers.levels import assess_levels
 
-        with self.snapshot() as moment:
-            assessment, notes = assess_levels(moment, self._at(a), k, parity, fit_radius, window)
+        with self.snapshot() as connection:
+            how = fit_radius, window, radius_error, noise
+            assessment, notes = assess_levels(connection, self._at(a), k, parity, *how)
         return replace(assessment, notes=tuple(notes))
 
     def level_statistics(
@@ -1211,19 +1287,19 @@ class Catalogue:
         from orbitdb.quantum.weyl import check_levels, parities_of
 
         at = self._at(a)
-        with self.snapshot() as moment:
+        with self.snapshot() as connection:
             if levels is None:
-                own = {of: levels_from_zero(moment, at, of).k for of in parities_of(parity)}
+                own = {of: levels_from_zero(connection, at, of).k for of in parities_of(parity)}
             else:
                 own = {of: check_levels(k, Stadium(at), of) for of, k in levels.items()}
-            return level_statistics(moment, at, own)
+            return level_statistics(connection, at, own)
 
     def stored_counterparts(self, levels: "Levels") -> list[float | None]:
         """Return, for each level from orbits, the stored level with the same number, or None."""
-        from orbitdb.answers.levels import beside
+        from orbitdb.answers.levels import stored_counterparts
 
-        with self.snapshot() as moment:
-            return beside(moment, levels)
+        with self.snapshot() as connection:
+            return stored_counterparts(connection, levels)
 
     def scars(
         self,
@@ -1256,8 +1332,8 @@ class Catalogue:
 
         named, at = parities_of(parities), self._at(a)
         if word is None:
-            with self.snapshot() as moment:
-                orbits = shortest_orbits(moment, at)
+            with self.snapshot() as connection:
+                orbits = shortest_orbits(connection, at)
         else:
             orbits = [self.orbit(word, a=at)]
             check_scarring(orbits[0])
@@ -1283,8 +1359,8 @@ class Catalogue:
 
     def _stored_now(self, read: Callable[..., _Answer], *arguments: Any) -> _Answer:
         """Return what was just stored, which a snapshot of this thread does not show."""
-        with self._file.snapshot() as moment:
-            return read(moment, *arguments)
+        with self._file.snapshot() as connection:
+            return read(connection, *arguments)
 
     def _answer(
         self,
@@ -1295,8 +1371,25 @@ class Catalogue:
     ) -> _Answer:
         """Call a function with a moment of the file, the chosen subset and further arguments."""
         chosen = self._chosen(selection, criteria)
-        with self.snapshot() as moment:
-            return function(moment, chosen, *arguments)
+        with self.snapshot() as connection:
+            return function(connection, chosen, *arguments)
+
+    def _result(
+        self,
+        function: Callable[..., "Result"],
+        selection: Selection | Sequence[Selection] | None,
+        criteria: Criteria,
+        *arguments: Any,
+    ) -> "Result":
+        """Return a result at one a, or joined results at several."""
+        from orbitdb.answers.results import over_a
+
+        one = isinstance(selection, Selection | None) and not isinstance(criteria.get("a"), Iterable)
+        with self.snapshot() as connection:
+            results = [
+                function(connection, chosen, *arguments) for chosen in self._several(selection, criteria)
+            ]
+        return results[0] if one else over_a(results)
 
     def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:
         if selection is not None and criteria:
@@ -1310,7 +1403,7 @@ class Catalogue:
         named = criteria.copy()
         if named.get("a") is None:
             named["a"] = self.a
-        return chosen_by(**named)
+        return Selection.from_criteria(**named)
 
     def _several(
         self, selection: Selection | Sequence[Selection] | None, criteria: Criteria
@@ -1320,9 +1413,9 @@ class Catalogue:
         if selection is None and isinstance(values, Iterable) and not isinstance(values, str):
             named = criteria.copy()
             named["a"] = None
-            one = chosen_by(**named)
+            one = Selection.from_criteria(**named)
             chosen = tuple(replace(one, a=Stadium(a).a) for a in values)
-        elif isinstance(selection, Selection | None):
+        elif not isinstance(selection, Sequence):
             return (self._chosen(selection, criteria),)
         else:
             chosen = tuple(self._chosen(one, criteria) for one in selection)
@@ -1346,4 +1439,4 @@ def _joined(opened: Connection) -> Iterator[Connection]:
 def _seed(seed: "int | np.random.Generator") -> int:
     if hasattr(seed, "integers"):
         return int(seed.integers(2**63))
-    return need_whole("seed", seed, 0)
+    return check_int("seed", seed, 0)

@@ -1,25 +1,28 @@
 """``orbitdb assess``: find missing levels by means of the orbits, and show the statistics of levels."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, MeasuredLevels
-from orbitdb.cli.options import Choice
-from orbitdb.cli.output import Output, note, progress
+from orbitdb.cli.options import SelectionOptions
+from orbitdb.cli.output import Format, Output, note, progress
 from orbitdb.cli.reading import reading
 from orbitdb.text import with_error
 
+if TYPE_CHECKING:
+    from orbitdb.quantum.doubtful_ranges import Gap
+
 EXAMPLES = (
     "assess levels.csv --parity oo",
-    "assess measured.txt --parity oo --frequency GHz --radius 0.2 --fit-radius",
+    "assess measured.txt --parity oo --frequency GHz --radius 0.2+-0.0005",
     "assess window.txt --window --parity oo --a 1",
     "assess --statistics",
 )
-COLUMNS = ("after", "before", "missing")
-NUMBERS = ("k", "number", "excess")
+COLUMNS = ("after", "before", "levels", "missing", "spurious", "probability", "gaps")
+NUMBERS = ("k", "number", "probability", "excess")
 
 
 def assess(
@@ -32,6 +35,7 @@ def assess(
     window: Annotated[
         bool, typer.Option("--window", help="The list may begin with any level; say with which.")
     ] = False,
+    noise: Annotated[float, options.number_option(help="Scatter of the levels, in mean spacings.")] = 0.0,
     numbers: Annotated[
         bool, typer.Option("--numbers", help="Instead, show the true number of each level of the list.")
     ] = False,
@@ -42,46 +46,62 @@ def assess(
     output: Output,
     db: options.Database,
 ) -> None:
-    """Find the levels that are missing from a list.
+    """Find the levels that are missing from a list, with probabilities.
 
     The list is compared with the number of levels below each k, computed from the stored orbits. Give all
     levels from the lowest upwards, with k in units of 1/radius, or with --window the levels of any range.
-    Each row is an interval between two levels. missing is the number of levels missing there; a negative
-    number counts spurious or duplicate levels. The exit code is 1 if there is such an interval, or if the
-    list does not fit the stadium. --numbers shows the true number of each level, 0 for a spurious one, and
-    excess, how many levels are missing below it according to the orbits. --statistics shows gap ratios, the
-    variance of the spacings, Delta_3 and the number variance, first for the levels unfolded with Weyl's law
-    (balls: in), then with the contribution of the bouncing balls removed as well (balls: out).
+    Each row is a range between two levels of the list: how many levels are missing there, how many are
+    spurious or duplicate, and the probability that both numbers are right. levels counts those in the range
+    next to which the missing ones may be. The last line has the total. The exit code is 1 if anything is
+    missing or spurious, or if the list does not fit the stadium. JSON also has gaps, with the probability of
+    each number of missing levels between two neighbours. --numbers shows the true number of each level, 0
+    for a spurious one, its probability, and excess, how many levels are missing below it according to the
+    orbits. --statistics shows gap ratios, the variance of the spacings, Delta_3 and the number variance,
+    first for the levels unfolded with Weyl's law (balls: in), then with the contribution of the bouncing
+    balls removed as well (balls: out).
     """
     if given.levels is None:
-        options.refuse_idle(context, "without FILE", *OF_FILE, "fit_radius", "window")
-    if window:
-        options.refuse_idle(context, "with --window", "fit_radius")
+        options.refuse_idle(context, "without FILE", *OF_FILE, "fit_radius", "window", "noise")
     if statistics:
-        options.refuse_idle(context, "with --statistics", "fit_radius", "window", "numbers")
+        options.refuse_idle(context, "with --statistics", "fit_radius", "window", "numbers", "noise")
         _show_statistics(given, a, output, db)
         return
-    parity = given.of_one()
+    parity, error = given.of_one(), given.radius_error
+    fitted = fit_radius or error is not None
     read = given.read(parity)
-    with progress("summing orbits"), reading(db, a, Choice()) as (catalogue, (chosen,)):
-        assessment = catalogue.assess(read, parity=parity, window=window, fit_radius=fit_radius, a=chosen.a)
+    with progress("summing orbits"), reading(db, a, SelectionOptions()) as (catalogue, (chosen,)):
+        assessment = catalogue.assess(
+            read,
+            parity=parity,
+            window=window,
+            fit_radius=fitted,
+            radius_error=error,
+            noise=noise,
+            a=chosen.a,
+        )
     if numbers:
         output.write(NUMBERS, assessment.numbers())
     else:
-        output.write(COLUMNS, assessment.gaps if assessment.fits else [])
-    if fit_radius:
-        unit = given.radius or 1.0
+        columns = COLUMNS if output.form in (Format.JSON, Format.JSONL) else COLUMNS[:-1]
+        output.write(columns, [_row(gap)[: len(columns)] for gap in assessment.gaps if assessment.fits])
+    if fitted:
+        unit = given.radius.metres if given.radius else 1.0
         scaled = with_error(assessment.scale * unit, assessment.scale_error * unit)
         note(f"radius {scaled} {'m' if given.radius else 'times the one you used'}; the k above use it")
-    for line in [assessment.verdict(), *assessment.notes]:
+    for line in [*assessment.notes, assessment.verdict()]:
         note(line)
     if assessment.gaps or not assessment.fits:
         raise typer.Exit(1)
 
 
+def _row(gap: "Gap") -> list[Any]:
+    """Return the values of a gap, with those inside it as mappings."""
+    return [*gap[:-1], [inside._asdict() for inside in gap.gaps]]
+
+
 def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output, db: Path) -> None:
     """Show the statistics of the levels of each parity, and of random matrices and random numbers."""
-    with reading(db, asked, Choice()) as (catalogue, (chosen,)):
+    with reading(db, asked, SelectionOptions()) as (catalogue, (chosen,)):
         levels = given.by_parity(catalogue, chosen.a)
         found = catalogue.level_statistics(levels, a=chosen.a)
     output.write([*found.columns], found.rows())

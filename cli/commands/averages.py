@@ -1,16 +1,16 @@
 """``orbitdb table``, ``entropy``, ``lyapunov`` and ``simulate``: averages by period or over trajectories."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.options import Choice, many_a
+from orbitdb.cli.options import SelectionOptions, many_a
 from orbitdb.cli.output import Output, note, progress, write_facts
 from orbitdb.cli.reading import bring, reading
-from orbitdb.text import concise, exact, with_error
+from orbitdb.text import concise, format_float, with_error
 
 if TYPE_CHECKING:
     from orbitdb.answers.results import Result
@@ -40,13 +40,13 @@ def table(
     symmetry. boundary counts the orbits through a joint, which N_c leaves out. Periods that are not filled at
     this a are counted from births, if 'orbitdb births' has found them.
     """
-    with reading(db, a, Choice(p=p)) as (catalogue, stadiums):
-        results = [catalogue.table(chosen) for chosen in stadiums]
-    output.write(*_rows_of(results, many_a(a), output))
+    with reading(db, a, SelectionOptions(p=p)) as (catalogue, stadiums):
+        result = catalogue.table(stadiums if many_a(a) else stadiums[0])
+    output.write(*_rows_of(result, output))
 
 
 def entropy(
-    *, a: options.StoredHalfLengths = None, choice: Choice, output: Output, db: options.Database
+    *, a: options.StoredHalfLengths = None, choice: SelectionOptions, output: Output, db: options.Database
 ) -> None:
     """Compute the topological entropy of the chosen orbits, by period.
 
@@ -56,16 +56,16 @@ def entropy(
     the spot.
     """
     with progress("reading orbits"), reading(db, a, choice) as (catalogue, stadiums):
-        results = [catalogue.entropy(chosen) for chosen in stadiums]
+        result = catalogue.entropy(stadiums if many_a(a) else stadiums[0])
     from orbitdb.answers.results import PROVED
 
-    output.write(*_rows_of(results, many_a(a), output, hidden=PROVED if output.table else ()))
+    output.write(*_rows_of(result, output, hidden=PROVED if output.table else ()))
 
 
 def lyapunov(
     *,
     a: options.StoredHalfLengths = None,
-    choice: Choice,
+    choice: SelectionOptions,
     weight: Annotated[
         Literal["exp", "det"],
         typer.Option(help="exp for e^-lambda, as in the paper, or det for 1/|det(1 - M)|."),
@@ -88,8 +88,9 @@ def lyapunov(
     digit. The values for trajectories come from 'orbitdb simulate'.
     """
     with progress("averaging") as shown, reading(db, a, choice) as (catalogue, stadiums):
-        results = [catalogue.lyapunov(chosen, weight=weight, cut=cut, progress=shown) for chosen in stadiums]
-    names, rows = _rows_of(results, many_a(a), output)
+        chosen = stadiums if many_a(a) else stadiums[0]
+        result = catalogue.lyapunov(chosen, weight=weight, cut=cut, progress=shown)
+    names, rows = _rows_of(result, output)
     if not output.table or cut is not None:
         output.write(names, rows)
         return
@@ -117,27 +118,18 @@ def _block(
 
 
 def _rows_of(
-    results: "Sequence[Result]", many: bool, output: Output, hidden: Collection[str] = ()
+    result: "Result", output: Output, hidden: Collection[str] = ()
 ) -> tuple[list[str], list[tuple[Any, ...]]]:
-    """Return the columns of results, except hidden ones, and their rows; exit if there are no rows.
+    """Return the columns of a result, except hidden ones, and its rows; exit if there are no rows.
 
-    Notes say what is missing and, for a table, what else is known. If `many`, the first column is a, and a
-    cell is empty if the result for its a does not have the column.
+    Notes say what is missing and, for a table, what else is known.
     """
-    for result in results:
-        for text in (*result.notes, *(result.facts if output.table else ())):
-            at = f"a = {exact(result.selection.a)}"
-            note(f"{at}: {text}" if many and at not in text else text)
-    if not any(map(len, results)):
+    for text in (*result.notes, *(result.facts if output.table else ())):
+        note(text)
+    if not len(result):
         raise typer.Exit(1)
-    columns = dict.fromkeys(name for result in results if len(result) for name in result.columns)
-    names = [*(["a"] if many else []), *(name for name in columns if name not in hidden)]
-    rows = [
-        tuple(({"a": result.selection.a} | dict(zip(result.columns, row, strict=True))).get(n) for n in names)
-        for result in results
-        for row in result.rows()
-    ]
-    return names, rows
+    names = [name for name in result.columns if name not in hidden]
+    return names, list(result.rows(names))
 
 
 _NEAR = 0.05
@@ -148,14 +140,21 @@ def simulate(
     a: options.HalfLength = USUAL_A,
     wanted: Annotated[
         int,
-        options.count_option("--bounces", least=1, most=10**12, help="Total number of bounces, such as 1e8."),
+        options.count_option(
+            "--bounces",
+            least=1,
+            most=10**12,
+            help="Total number of bounces, such as 1e8; about a thousand at least, in 256 trajectories.",
+        ),
     ] = 20_000_000,
     seed: Annotated[
         int, options.count_option(least=0, help="Random seed; the same seed gives the same result.")
     ] = 0,
     legwise: Annotated[
         bool,
-        typer.Option("--legwise", help="Sample leg by leg and use exact means, for much smaller errors."),
+        typer.Option(
+            "--legwise", help="Sample leg by leg and use format_float means, for much smaller errors."
+        ),
     ] = False,
     store: Annotated[bool, typer.Option(help="Save the result in the catalogue.")] = True,
     output: Output,
@@ -168,6 +167,7 @@ def simulate(
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
+    from orbitdb.trajectories.ensemble import LEAST
 
     stadium = Stadium(a)
     if store:
@@ -191,13 +191,14 @@ def simulate(
         f"pi Area / Perimeter = {stadium.mean_free_path:.6f}"
     )
     if abs(means.bounces - wanted) > _NEAR * wanted:
-        note(f"{means.bounces} bounces were followed, not {wanted}: errors need many complete trajectories")
+        why = f"the errors need {LEAST} trajectories" if means.groups == LEAST else "trajectories differ much"
+        note(f"{means.bounces} bounces were followed, not {wanted}: {why}")
 
 
 def _facts(means: "Reference") -> list[tuple[str, str]]:
     """Return the result as pairs of a name and a text."""
     return [
-        ("a", exact(means.a)),
+        ("a", format_float(means.a)),
         ("lambda_d", with_error(means.lambda_d, means.lambda_d_error)),
         ("lambda_c", with_error(means.lambda_c, means.lambda_c_error)),
         ("mean free path", with_error(means.mean_free_path, means.mean_free_path_error)),

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Choice, HalfLengths, many_a
+from orbitdb.cli.options import HalfLengths, SelectionOptions, many_a
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_by_bounce
 from orbitdb.cli.output import note, progress
 from orbitdb.cli.reading import asked_columns, reading
@@ -44,7 +44,7 @@ def export(
         ),
     ] = None,
     a: options.StoredHalfLengths = None,
-    choice: Choice,
+    choice: SelectionOptions,
     classes: options.Classes = False,
     order: options.Order = "p",
     limit: Annotated[
@@ -79,7 +79,7 @@ def export(
     from orbitdb.answers import export as files
 
     if dataset:
-        choosing = (field.name for field in fields(Choice))
+        choosing = (field.name for field in fields(SelectionOptions))
         options.takes_only(context, "with --dataset", "file", "dataset", "a", *choosing)
         _write_dataset(file, a, choice, force, db)
         return
@@ -112,13 +112,17 @@ def export(
             written = _watched(chain([first], rows), shown)
             if file is None:
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
-                return
-            count = files.write_file(file, kind, names, written, listing.provenance(many_a(a)))
-    note(f"{several(count, 'row')} written: {listing.describe()}, in {file}")
+            else:
+                count = files.write_file(file, kind, names, written, listing.provenance(many_a(a)))
+        complete = listing.complete
+    for text in complete:
+        note(text)
+    if file is not None:
+        note(f"{several(count, 'row')} written: {listing.describe()}, in {file}")
 
 
 def _write_dataset(
-    folder: Path | None, a: Sequence[HalfLengths] | None, choice: Choice, force: bool, db: Path
+    folder: Path | None, a: Sequence[HalfLengths] | None, choice: SelectionOptions, force: bool, db: Path
 ) -> None:
     """Write a folder with the chosen words of whole periods, at the given a or at every stored a."""
     if folder is None:

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +12,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
-from orbitdb.cli.options import Asked, Choice, many_a, named
+from orbitdb.cli.options import Asked, SelectionOptions, many_a, named
 from orbitdb.cli.output import code_text, note, progress
 from orbitdb.cli.reading import given_codes, primitive, reading, solving
 from orbitdb.errors import InputError
@@ -26,7 +27,7 @@ from orbitdb.plots.registry import (
     load_function,
     plain_name,
 )
-from orbitdb.text import exact, real
+from orbitdb.text import format_float, real
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
@@ -80,7 +81,7 @@ def plot(
     ],
     code: options.Codes = None,
     a: options.StoredHalfLengths = None,
-    choice: Choice,
+    choice: SelectionOptions,
     order: options.Order = "p",
     over_a: Annotated[
         bool, typer.Option("--over-a", help="Draw the entropy against a instead of the period.")
@@ -90,6 +91,7 @@ def plot(
     ] = 120,
     given: GivenLevels,
     k: Annotated[float | None, options.number_option(help="Draw the level nearest to this k.")] = None,
+    kappa: options.Kappa = None,
     size: Annotated[
         str | None, typer.Option("--size", metavar="WIDTHxHEIGHT", help="Size in inches, such as 6.4x4.8.")
     ] = None,
@@ -105,9 +107,9 @@ def plot(
 ) -> None:
     """Draw an orbit, or a figure of a chosen subset, and save it to a file.
 
-    orbit, reverse and life draw the orbit of one WORD, and sheet can draw several. wave and husimi draw one
-    quantum level. The other figures show a subset of the orbits or levels; lyapunov, lengths and symbol-plane
-    can compare several a.
+    orbit, reverse and life draw the orbit of one WORD, and sheet can draw several; with --kappa, orbit draws
+    it in a magnetic field. wave and husimi draw one quantum level. The other figures show a subset of the
+    orbits or levels; lyapunov, lengths and symbol-plane can compare several a.
     """
     from orbitdb.answers.export import FIGURES as FORMATS
     from orbitdb.answers.export import STDOUT, check_target, complete, form_of
@@ -134,7 +136,12 @@ def plot(
     style = load("orbitdb.plots.style", "plot", "plot")  # late, because matplotlib is slow to import
 
     codes = list(given_codes(words, code)) if "words" in figure.takes else []
-    values = {"limit": limit, "order": order, "grid": named(a) or ()}
+    values = {
+        "limit": limit,
+        "order": order,
+        "grid": named(a) or (),
+        "kappa": [*chain.from_iterable(kappa or ())],
+    }
     try:
         with progress("drawing"), style.sized(inches):
             if figure.source == "catalogue":
@@ -165,9 +172,11 @@ def _flag(name: str) -> str:
 
 
 def _options_of(figure: Figure) -> list[str]:
-    """Return the names of the parameters that a figure takes; a subset stands for those of `Choice`."""
+    """Return the names of the parameters that a figure takes; a subset has all `SelectionOptions`."""
     return [
-        each for name in figure.takes for each in (Choice.__dataclass_fields__ if name == SUBSET else [name])
+        each
+        for name in figure.takes
+        for each in (SelectionOptions.__dataclass_fields__ if name == SUBSET else [name])
     ]
 
 
@@ -186,7 +195,7 @@ def _size(text: str | None) -> tuple[float, float] | None:
 
 
 def _of_catalogue(
-    figure: Figure, choice: Choice, given: GivenLevels, values: dict[str, Any], a: Asked, db: Path
+    figure: Figure, choice: SelectionOptions, given: GivenLevels, values: dict[str, Any], a: Asked, db: Path
 ) -> "Picture":
     """Draw what a catalogue contains: a chosen subset, or its levels."""
     every_a = "a" not in figure.takes or "grid" in figure.passes
@@ -224,8 +233,11 @@ def _of_wave(
 
 def _of_words(figure: Figure, codes: Sequence[str], values: dict[str, Any], a: Asked, db: Path) -> "Picture":
     """Draw the orbit of a single word, or several on a sheet; they are read or solved."""
-    if figure.source == "orbit" and len(codes) != 1:
+    if figure.source in ("orbit", "word") and len(codes) != 1:
         raise InputError(f"name one orbit to draw: plot {figure.name} 1232131")
+    if figure.source == "word":
+        with solving(db, a) as (_, (at,)):
+            return _draw(figure, values, primitive(codes[0]), at)
     if "a" not in figure.takes:
         from orbitdb.orbits.solve import solve_word
 
@@ -241,7 +253,9 @@ def _orbits(codes: Sequence[str], a: Asked, db: Path) -> "tuple[float, list[Orbi
     drawn = [orbit for orbit in orbits if orbit.points is not None]
     for orbit in orbits:
         if orbit.points is None:
-            text = f"{code_text(orbit.code)} at a = {exact(at)} cannot be drawn: {orbit.status.sentence}"
+            text = (
+                f"{code_text(orbit.code)} at a = {format_float(at)} cannot be drawn: {orbit.status.sentence}"
+            )
             if not drawn:
                 raise InputError(text)
             note(text)

@@ -11,7 +11,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.options import Choice
+from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, note, progress
 from orbitdb.text import several
 
@@ -44,7 +44,7 @@ def verify(
         ),
     ] = None,
     a: Annotated[float | None, options.a_option(" [default: all stored]")] = None,
-    choice: Choice,
+    choice: SelectionOptions,
     sample: Annotated[
         int | None, options.count_option(least=1, help="Check only this many classes, drawn at random.")
     ] = None,
@@ -90,7 +90,7 @@ def verify(
             note(f"{'; '.join(catalogue.rows(a=a).notes)}; there is nothing to check")
             raise typer.Exit(1)
     each = [replace(subset, a=at) for at in stored]  # a stored value may be invalid
-    chosen = each if a is None else replace(subset, a=a)
+    chosen = (each or None) if a is None else replace(subset, a=a)
     with progress("the catalogue") as shown:
         found = catalogue.verify(
             chosen, sample=sample, restarts=restarts, seed=seed, births=births, rigorous=rigorous, jobs=jobs,

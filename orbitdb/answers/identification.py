@@ -6,21 +6,20 @@ from dataclasses import dataclass
 from itertools import starmap
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import Connection
-
-from orbitdb.answers.completeness import describe_fills, gaps
+from orbitdb.answers.completeness import complete_length, describe_fills, gaps
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, need_whole
+from orbitdb.errors import InputError, check_int
 from orbitdb.extras import Record, Rows, data_frame
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status
+from orbitdb.store.connection import Connection
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import orbits_of_length
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import to_strings
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 from orbitdb.trajectories.trajectory import BOUNCES, trace_points, trace_start
 
 if TYPE_CHECKING:
@@ -170,16 +169,21 @@ class Candidates(Rows[Candidate]):
         What is not filled, and the nearest orbit if none has this length; one line each.
     among : str
         The periods that were searched; '' if nothing is stored.
+    complete : bool
+        Whether it is proved that the file lacks no orbit of such a length.
     """
 
     notes: tuple[str, ...] = ()
     among: str = ""
+    complete: bool = False
 
     def describe(self, more: str = "") -> str:
         """Return a line with the number of orbits, followed by `more`, and of what was searched."""
         count = several(len(self), "candidate") if self else "no candidates"
-        longer = "orbits of longer periods may have this length, too"
-        return f"{count} among {self.among}, one per symmetry class{more}; {longer}" if self.among else ""
+        beyond = (
+            "complete, by proof" if self.complete else "orbits of longer periods may have this length, too"
+        )
+        return f"{count} among {self.among}, one per symmetry class{more}; {beyond}" if self.among else ""
 
 
 def identify_trajectory(
@@ -197,7 +201,7 @@ def identify_trajectory(
     near = _measure("tolerance", NEAR if tolerance is None else tolerance, _MOST_TOLERANCE)
     most = _count(SHOWN if limit is None else limit)
     if start is not None:
-        each_way = None if bounces is None else need_whole("bounces", bounces, 0)
+        each_way = None if bounces is None else check_int("bounces", bounces, 0)
         path = trace_start(stadium, start, near, each_way)
     elif bounces is not None:
         raise InputError("give a number of bounces with a start, not with points")
@@ -230,25 +234,27 @@ def _unshadowed(sequence: str) -> str:
 
 
 def read_candidates(
-    moment: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
+    connection: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
 ) -> Candidates:
     """Return the stored orbits with a given length, and what was searched (`Catalogue.with_length`)."""
-    found = Candidates(identify_length(moment, a, length, tolerance, limit))
-    fills, notes = read_fills(moment, a), gaps(moment, Selection(a, statuses=(Status.ORBIT,)))
-    for orbit in () if found else identify_length(moment, a, length, 1.0, 1):
+    found = Candidates(identify_length(connection, a, length, tolerance, limit))
+    fills, notes = read_fills(connection, a), gaps(connection, Selection(a, statuses=(Status.ORBIT,)))
+    for orbit in () if found else identify_length(connection, a, length, 1.0, 1):
         times = f"{orbit.repetitions} x {orbit.code}" if orbit.repetitions > 1 else orbit.code
         enough = float(f"{1.05 * abs(orbit.difference):.2g}")
         notes.append(
             f"the nearest orbit is {times} of length {orbit.total:.7f}: --tolerance {enough:g} finds it"
         )
     found.notes = tuple(notes)
+    farthest = length + (SAME_LENGTH if tolerance is None else tolerance)
+    found.complete = farthest < (complete_length(fills, Selection(a)) or 0)
     if fills or found:  # otherwise, a note says that nothing was searched
-        found.among = describe_fills(fills, a) if fills else f"single words at a = {exact(a)}"
+        found.among = describe_fills(fills, a) if fills else f"single words at a = {format_float(a)}"
     return found
 
 
 def identify_length(
-    moment: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
+    connection: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
 ) -> Rows[Candidate]:
     """Find the stored orbits that have a given length after one or more traversals (`Catalogue.with_length`).
 
@@ -260,7 +266,7 @@ def identify_length(
         "tolerance", SAME_LENGTH if tolerance is None else tolerance, _MOST_TOLERANCE, zero=True
     )
     most = _ALL if limit is None else _count(limit)
-    found = orbits_of_length(moment, a, wanted, within + 4 * math.ulp(wanted), _LEAST_LENGTH, most)
+    found = orbits_of_length(connection, a, wanted, within + 4 * math.ulp(wanted), _LEAST_LENGTH, most)
     return Rows(starmap(Candidate, found))
 
 
@@ -272,4 +278,4 @@ def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
 
 
 def _count(limit: int) -> int:
-    return min(need_whole("limit", limit, 0), _ALL)
+    return min(check_int("limit", limit, 0), _ALL)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Batch, Floats, Integers, Marks, Places, Words
+from orbitdb.arrays import Batch, Floats, Indices, Integers, Marks, Words
 from orbitdb.billiard.legs import Chain, centre_directions, cut, derivatives, direction_limits, slack_errors
 from orbitdb.billiard.stadium import MAX_A, MIN_A, Stadium
 from orbitdb.errors import WorkError
@@ -41,11 +41,11 @@ _SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
 class Bracketed(Batch):
     """K proved changes of words, stored as arrays of shape (K,)."""
 
-    word: Places  # the index of the word that changes
+    word: Indices  # the index of the word that changes
     a: Floats  # the value of a at which it changes
     error: Floats  # proved bound on the error of a
     born: Marks  # True if it begins to be an orbit as a increases, False if it ceases
-    slack: Places  # the smooth slack that changes sign (`orbitdb.orbits.continuation.Zeros`)
+    slack: Indices  # the smooth slack that changes sign (`orbitdb.orbits.continuation.Zeros`)
     slope: Floats  # derivative of this slack with respect to ln a (radians)
 
 
@@ -129,7 +129,8 @@ JOINTS = ("bottom left", "bottom right", "top left", "top right")
 LOW = 1e-3
 """Lowest a of the grid; below it, doubles show spurious zeros, because some slacks behave like a^5."""
 _HIGH, _HIGH_A_SQUARE = 60.0, 0.2
-"""The grid ends at the larger of 60 and 0.2 p^2; the largest birth of period p is 0.148 p^2 at p = 30."""
+"""The grid ends at the larger of 60 and 0.2 p^2; the largest a at which a word of period 30 is born is
+0.148 p^2."""
 _CELL = 0.275
 """Step of the grid in ln a."""
 FINER = (1, 4, 16)

@@ -35,7 +35,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Marks, Places, Words
+from orbitdb.arrays import Floats, Indices, Marks, Words
 from orbitdb.billiard.legs import (
     Chain,
     centre_directions,
@@ -63,7 +63,7 @@ WIDER = 1 + 1e-9
 class Reach(NamedTuple):
     """Bounds that hold at all points of a cell, each of shape (m, N)."""
 
-    beyond: Floats  # lower bound on D
+    between_centres: Floats  # lower bound on D
     stiff: Floats  # upper bound on w
     soft: Floats  # lower bound on w
     lean: Floats  # upper bound on |dD/dalpha|
@@ -85,7 +85,7 @@ def reach_of(legs: Chain, a: Floats, r: Floats, alpha: Floats, room: Floats) -> 
     bend = np.maximum(np.abs(np.cos(under)), np.abs(np.cos(over))) / (4 * legs.k**2)
     pull, drag = 2 * high * np.sin(most), 2 * high * np.cos(least)
     return Reach(
-        beyond=(2 * low * np.cos(most) + lift * np.sin(least)) / WIDER,
+        between_centres=(2 * low * np.cos(most) + lift * np.sin(least)) / WIDER,
         stiff=stiff * WIDER / (2 * legs.k),
         soft=np.minimum(*sines) / WIDER / (2 * legs.k),
         lean=np.maximum(lift * np.cos(least), pull) * WIDER,
@@ -99,10 +99,10 @@ def firmness(reach: Reach, v: Floats) -> Floats:
     """Return lower bounds on the q_i (see the docstring of this module), slightly reduced for rounding."""
     behind, ahead = v - preceding(v), v - following(v)
     stiff, soft = reach.stiff, reach.soft
-    held = reach.beyond * v
+    held = reach.between_centres * v
     held = held + np.where(behind > 0, soft, stiff) * behind
     held = held + np.where(ahead > 0, following(soft), following(stiff)) * ahead
-    return held - ROUNDING * (reach.beyond + stiff + following(stiff)) * v
+    return held - ROUNDING * (reach.between_centres + stiff + following(stiff)) * v
 
 
 def displaced(reach: Reach, drift: Floats, off: Floats) -> Floats:
@@ -193,11 +193,12 @@ def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -
     drift = solve_cyclic(diagonal, beside, -pull[None])[0]
     turning = preceding(legs.parity * drift) + drift
     kicks = np.abs(np.cos(half_turns(legs, alpha)) / (4 * legs.k**2)) * turning**2
-    forcing = np.abs(pull) + 4 * a * np.cos(alpha) * np.abs(drift) + np.abs(slopes.lean) * drift**2
+    forcing = np.abs(pull) + 4 * a * np.cos(alpha) * np.abs(drift) + np.abs(slopes.own_term) * drift**2
     forcing += kicks + following(kicks)
     # room in every row for changes within a cell
     rhs = np.stack([
-        forces + _SHARE * forces.max(axis=0) + _LEAST * slopes.beyond for forces in (np.abs(pull), forcing)
+        forces + _SHARE * forces.max(axis=0) + _LEAST * slopes.between_centres
+        for forces in (np.abs(pull), forcing)
     ])  # fmt: skip
     v, u = solve_cyclic(diagonal, -np.abs(beside), rhs)
     residual = diagonal * drift + beside * preceding(drift) + following(beside) * following(drift) + pull
@@ -323,7 +324,7 @@ def prove_all(words: Words, changes: Sequence[Sequence[KnownChange]]) -> NDArray
     return proved
 
 
-def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.int8], Floats, Floats]:
+def stretches(legs: Chain, low: float, high: float) -> tuple[Indices, NDArray[np.int8], Floats, Floats]:
     """Cut [low, high] in ln a, for each word, into cells in which something is proved about it, if possible.
 
     Returns

@@ -14,6 +14,7 @@ from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn
+from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.plane import symbol_plane
 from orbitdb.symbols.pruning import FAMILY, rules_of
@@ -26,7 +27,7 @@ from orbitdb.symbols.symmetry import (
     act_on_words,
 )
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
-from orbitdb.text import exact, shortened
+from orbitdb.text import format_float, shortened
 
 _SHOWN = 40
 
@@ -151,6 +152,16 @@ class Orbit(Drawn):
         return None if self.length is None else self.length / (2 if self.half else 1)
 
     @property
+    def quarter_lyapunov(self) -> float | None:
+        """Lambda of one traversal in the quarter stadium: lambda / 2 if there is a `half`, else lambda."""
+        return None if self.lyapunov is None else self.lyapunov / (2 if self.half else 1)
+
+    @property
+    def quarter_maslov(self) -> int | None:
+        """Maslov index of one traversal in the quarter stadium: `maslov` / 2 if there is a `half`."""
+        return None if self.maslov is None else self.maslov // (2 if self.half else 1)
+
+    @property
     def lambda_d(self) -> float | None:
         """Lambda per bounce, or None if there is no orbit."""
         return None if self.lyapunov is None else self.lyapunov / self.p
@@ -259,6 +270,16 @@ class Orbit(Drawn):
             return None
         return float(np.exp(self.lyapunov) + np.exp(-self.lyapunov)) * (-1.0) ** self.walls
 
+    @property
+    def area_slope(self) -> float | None:
+        """Derivative of the enclosed area in the curvature of the path, at zero, in radius^3, or None.
+
+        In a weak magnetic field, S = L - kappa area - kappa^2 area_slope / 2 is the action.
+        """
+        if self.coordinates is None:
+            return None
+        return float(area_slopes(Stadium(self.a), from_strings([self.code]), self._one_row())[0])
+
     def reverse(self) -> "Orbit":
         """Return the time-reversed orbit, which traverses the same path in the opposite direction."""
         return self._image(REVERSE)
@@ -291,15 +312,16 @@ class Orbit(Drawn):
     def __repr__(self) -> str:
         code = self.code if self.p <= _SHOWN else f"{self.code[:_SHOWN]}... of {self.p} bounces"
         if self.length is None or self.lyapunov is None:
-            return f"<Orbit {code} at a = {exact(self.a)}: {self.status.sentence}>"
-        return f"<Orbit {code} at a = {exact(self.a)}: length {self.length:.7f}, lambda {self.lyapunov:.7f}>"
+            return f"<Orbit {code} at a = {format_float(self.a)}: {self.status.sentence}>"
+        numbers = f"length {self.length:.7f}, lambda {self.lyapunov:.7f}"
+        return f"<Orbit {code} at a = {format_float(self.a)}: {numbers}>"
 
     def _repr_svg_(self) -> str | None:
         """Return the orbit as SVG for notebooks; None if there is no orbit or it is very long."""
         svg = import_module("orbitdb.plots.svg")
         if self.points is None or self.p > svg.MOST_BOUNCES:
             return None
-        title = f"The orbit {self.code} at a = {exact(self.a)}"
+        title = f"The orbit {self.code} at a = {format_float(self.a)}"
         return svg.orbit_svg(Stadium(self.a), self.points, self.code, title)
 
     _FIGURES = ("orbit",)
@@ -307,7 +329,7 @@ class Orbit(Drawn):
     def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
         if self.points is None:
             raise InputError(
-                f"{self.code:.40} at a = {exact(self.a)} cannot be drawn: {self.status.sentence}"
+                f"{self.code:.40} at a = {format_float(self.a)} cannot be drawn: {self.status.sentence}"
             )
         return (Stadium(self.a), self.points, self.code), shortened(self.code)
 

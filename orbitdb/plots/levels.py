@@ -9,18 +9,18 @@ from numpy.polynomial import Polynomial
 from orbitdb.answers.levels import orbits_for, read_orbits
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.plots.assess import draw_assess
 from orbitdb.plots.noted import asked
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, SMALL, Picture, figure, short
 from orbitdb.quantum.trace_formula import family_count
 from orbitdb.quantum.weyl import Parity, begins_at_zero, check_levels, weyl
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
     from orbitdb.quantum.length_spectrum import Peak, Spectrum
     from orbitdb.quantum.levels import Levels
-    from orbitdb.quantum.missing_levels import Assessment
 
 _LENGTHS = (1.0, 12.0)
 """Range of lengths in a spectrum; bouncing balls count up to its end."""
@@ -32,7 +32,7 @@ def spectrum(
     """Draw the length spectrum of the orbits downwards and that of the levels, if there are any, upwards."""
     found = catalogue.spectrum(_LENGTHS, points=1000, levels=levels, parity=parity, a=chosen.a)
     notes = [*found.notes(), *found.judged]
-    title = f"length spectrum at a = {exact(chosen.a)}, {_of(parity)}, k below {found.k_max:.4g}"
+    title = f"length spectrum at a = {format_float(chosen.a)}, {_of(parity)}, k below {found.k_max:.4g}"
     with figure(7.2, 4.8, title, notes) as made:
         draw_spectrum(made.add_subplot(), found)
     return made
@@ -52,7 +52,7 @@ def staircase(
     orbits = orbits_for(stadium, asked(catalogue, read_orbits, chosen)[0], parity, np.array([end]))
     below = orbits.k <= end
     at, smooth, count = orbits.k[below], orbits.smooth[below], orbits.count[0][below]
-    title = f"{len(k)} levels at a = {exact(chosen.a)}, {_of(parity)}, k below {end:.4g}"
+    title = f"{len(k)} levels at a = {format_float(chosen.a)}, {_of(parity)}, k below {end:.4g}"
     with figure(7.2, 4.2, title) as made:
         ax = made.add_subplot()
         ax.plot(at, np.searchsorted(k, at) - smooth, color=BLUE, linewidth=0.8, label="levels")
@@ -118,14 +118,3 @@ def draw_staircase(ax: Axes, levels: "Levels") -> None:
     ax.step(ends, count, where="post", color=BLUE, label="levels")
     ax.plot(k, smooth(k) - below, color=INK, linestyle="--", linewidth=1, label="Weyl's law")
     ax.set(xlabel="$kR$", ylabel=f"levels from {levels.low:g} to $k$" if levels.low else "levels below $k$")
-
-
-def draw_assess(ax: Axes, assessment: "Assessment") -> None:
-    """Draw how many levels are missing below each level, as the orbits give it and rounded to an integer."""
-    place = np.arange(1, len(assessment) + 1)
-    true, off = assessment.number > 0, assessment.excess
-    ax.plot(assessment.k[true], off[true], ".", markersize=3, label="orbits minus levels")
-    ax.step(assessment.k[true], (assessment.number - place)[true], where="mid", label="levels missing so far")
-    if not true.all():
-        ax.plot(assessment.k[~true], off[~true], "x", markersize=6, label="spurious or duplicate")
-    ax.set(xlabel="$kR$", ylabel="levels")

@@ -21,14 +21,15 @@ from numpy.polynomial import Polynomial
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, as_floats
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 _LEAST_LEVELS = 10
-_OFF, _FEW = 0.2, 4
-"""Allowed difference from Weyl's law: a fraction of the number that it predicts, plus a few levels."""
+_TOO_MANY, _TOO_FEW, _FEW = 0.2, 0.5, 4
+"""Allowed differences from Weyl's law, above and below: fractions of the number that it predicts, plus a few
+levels. Half of the levels may be missing."""
 
 
 class Parity(StrEnum):
@@ -111,14 +112,9 @@ def check_levels(
         If there are too few levels, one is not positive and finite, or their number is far from Weyl's law.
         A window is compared with the number of levels that Weyl's law expects between its ends.
     """
-    k = as_floats(levels, "the levels are no numbers: give one row of numbers")
-    if k.ndim != 1:
-        raise InputError(f"the levels have shape {k.shape}: give one row of numbers")
-    k = np.sort(k)
+    k = as_levels(levels)
     if len(k) < _LEAST_LEVELS:
         raise InputError(f"the list has only {several(len(k), 'level')}: give {_LEAST_LEVELS} or more")
-    if (wrong := k[~((k > 0) & (k < np.inf))]).size:
-        raise InputError(f"{wrong[0]:g} is not a level: give finite k above 0, in 1/radius")
     low = float(k[0]) if window else 0.0
     if not _plausible(len(k), low, k[-1], stadium, parity):
         of = " of all parities" if parity is None else f" of parity {parity}"
@@ -127,23 +123,35 @@ def check_levels(
         between = f"from k = {low:g} to {k[-1]:g}" if window else f"up to k = {k[-1]:g}"
         raise InputError(
             f"{len(k)} levels {between}, but Weyl's law expects {expected:.0f}{of} at a = "
-            f"{exact(stadium.a)}: {_remedy(k, window, stadium, parity)}"
+            f"{format_float(stadium.a)}: {_remedy(k, window, stadium, parity)}"
         )
     return k
 
 
+def as_levels(levels: "ArrayLike") -> Floats:
+    """Return levels in ascending order; raise `InputError` unless they are finite numbers above 0."""
+    k = as_floats(levels, "the levels are no numbers: give one row of numbers")
+    if k.ndim != 1:
+        raise InputError(f"the levels have shape {k.shape}: give one row of numbers")
+    k = np.sort(k)
+    if (wrong := k[~((k > 0) & (k < np.inf))]).size:
+        raise InputError(f"{wrong[0]:g} is not a level: give finite k above 0, in 1/radius")
+    return k
+
+
 def begins_at_zero(k: Floats, stadium: Stadium, parity: Parity | None) -> bool:
-    """Return whether as many levels are given as Weyl's law expects from 0 on, rather than in a window."""
-    low, high = float(k[0]), float(k[-1])
-    window = _plausible(len(k), low, high, stadium, parity)
-    return _plausible(len(k), 0.0, high, stadium, parity) or not window
+    """Return whether a list is taken to begin with the lowest level, rather than being a window.
+
+    It is if Weyl's law expects few levels below it, compared with the length of the list.
+    """
+    return float(weyl(stadium, parity)(k[0])) <= _FEW + _TOO_MANY * len(k)
 
 
 def _plausible(count: int, low: float, high: float, stadium: Stadium, parity: Parity | None) -> bool:
     """Return whether a number of levels between two k is near Weyl's law; from 0, all of them count."""
     smooth = weyl(stadium, parity)
     expected = float(smooth(high)) - (float(smooth(low)) if low else 0.0)
-    return abs(count - expected) <= _OFF * expected + _FEW
+    return (1 - _TOO_FEW) * expected - _FEW <= count <= (1 + _TOO_MANY) * expected + _FEW
 
 
 def _remedy(k: Floats, window: bool, stadium: Stadium, parity: Parity | None) -> str:
@@ -154,9 +162,12 @@ def _remedy(k: Floats, window: bool, stadium: Stadium, parity: Parity | None) ->
     if _plausible(len(k), low**2, high**2, stadium, parity):
         return "they look like wavenumbers, not energies"
     if parity is not None and _plausible(len(k), low, high, stadium, None):
-        return "they look like the levels of all parities: give no parity"
+        return "they look like the levels of all parities: leave out --parity (in Python parity)"
     if parity is None and any(_plausible(len(k), low, high, stadium, one) for one in Parity):
-        return "they look like the levels of one parity: name it"
+        return "they look like the levels of one parity: name it, such as --parity oo (in Python parity='oo')"
     if not window and _plausible(len(k), float(k[0]), high, stadium, parity):
-        return "they look like a window, a list that begins above the lowest level: assess them as a window"
+        return (
+            "they look like a window, a list that begins above the lowest level: add --window (in Python "
+            "window=True)"
+        )
     return "check the parity, a and the unit: k is in 1/radius"

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from inspect import Parameter, Signature, signature
-from numbers import Real
+from numbers import Integral, Real
 from typing import Any, TypeAlias, TypedDict, TypeVar, Unpack
 
 from orbitdb.billiard import USUAL_A
@@ -17,10 +17,15 @@ from orbitdb.orbits.status import STORED, Status
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.symbols.words import parse
-from orbitdb.text import exact, guess, printable, real, several, shortened, whole
+from orbitdb.text import format_float, guess, parse_int, printable, real, several, shortened
 
-MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies")
+MEASURES = (
+    "length", "quarter_length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies", "walls",
+)  # fmt: skip
 """The columns that a selection can bound from below and above."""
+
+COUNTED = ("walls",)
+"""Those that are whole numbers: a single value stands for itself."""
 
 Bounds: TypeAlias = tuple[float | None, float | None]
 """The least and the greatest value, both included; None if there is no limit."""
@@ -50,6 +55,8 @@ class Selection:
         The exact symmetry label, such as ``x,T,xT``.
     contains : str or None
         Consecutive symbols of the word, read cyclically.
+    without : tuple of str
+        Patterns of consecutive symbols that the word must not contain, read cyclically.
     exists, not_at : tuple of float
         Values of a at which the word must be an orbit, and at which it must not be, judged by its births.
     ranges : mapping of str to (float or None, float or None)
@@ -66,11 +73,51 @@ class Selection:
     time_reversal: str | None = None
     symmetry: str | None = None
     contains: str | None = None
+    without: tuple[str, ...] = ()
     exists: tuple[float, ...] = ()
     not_at: tuple[float, ...] = ()
     ranges: Mapping[str, Bounds] = field(default_factory=dict, hash=False)
     where: str | None = None
     parameters: Mapping[str, str | int | float] = field(default_factory=dict, hash=False)
+
+    @classmethod
+    def from_criteria(cls, **criteria: "Unpack[Criteria]") -> "Selection":
+        """Return the selection for the criteria of `Catalogue.select`; a is 1.6 by default.
+
+        Raises
+        ------
+        SelectionError
+            If a criterion is invalid.
+        """
+        if unknown := sorted(set(criteria) - set(Criteria.__annotations__)):
+            meant, names = guess(unknown[0], Criteria.__annotations__), ", ".join(Criteria.__annotations__)
+            raise SelectionError(f"{', '.join(unknown)}: not a criterion; {meant}criteria are {names}")
+        given: dict[str, Any] = {name: value for name, value in criteria.items() if value is not None}
+        where, reversal = given.get("where"), given.get("time_reversal")
+        if not isinstance(where, str | None):
+            raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
+        if not isinstance(given.get("parameters", {}), Mapping):
+            raise SelectionError("parameters: give a dict of values for the names in where")
+        if given.get("parameters") and where is None:
+            names = ", ".join(given["parameters"])
+            raise SelectionError(f"{names}: parameters are for names in where, which is not given")
+        if reversal not in (None, *REVERSALS):
+            raise SelectionError(f"reversal {reversal!r}: use self or pair")
+        ranges = {name: _pair(name, given[name]) for name in MEASURES if name in given}
+        return cls(
+            a=Stadium(given.get("a", USUAL_A)).a,
+            periods=parse_periods(_listed(given["p"])) if "p" in given else (),
+            statuses=parse_statuses(_listed(given["status"])) if "status" in given else (),
+            time_reversal=reversal,
+            symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
+            contains=parse(given["contains"]) if "contains" in given else None,
+            without=_patterns(given.get("without", ())),
+            exists=_half_lengths(given.get("exists", ())),
+            not_at=_half_lengths(given.get("not_at", ())),
+            ranges={name: bounds for name, bounds in ranges.items() if bounds != (None, None)},
+            where=where,
+            parameters=given.get("parameters", {}),
+        )
 
     def includes(self, p: int) -> bool:
         """Tell whether the subset can contain words of a given period."""
@@ -85,7 +132,9 @@ class Selection:
             parts.append(f"of period {', '.join(spans)}")
         parts.append(f"at a = {_listed_values(stadiums or (self.a,))}")
         if self.time_reversal:
-            parts.append((_REVERSAL_OF_ONE if count == 1 else REVERSALS)[self.time_reversal])
+            said = (_REVERSAL_OF_ONE if count == 1 else REVERSALS)[self.time_reversal]
+            exist = self.statuses and {Status.ORBIT, Status.BOUNDARY}.issuperset(self.statuses)
+            parts.append(said.format(another="orbit" if exist else "word"))
         return " ".join(filter(None, [*map(printable, parts), self.describe_rest(count)]))
 
     def describe_rest(self, count: int | None = None) -> str:
@@ -95,9 +144,11 @@ class Selection:
             parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")
         if self.contains:
             parts.append(f"containing {shortened(self.contains, 60)}")
+        if self.without:
+            parts.append(f"without {' or '.join(shortened(pattern, 60) for pattern in self.without)}")
         if self.exists or self.not_at:
             lists = (("", self.exists), ("not " if self.exists else "", self.not_at))
-            spans = [f"{no}at a = {', '.join(map(exact, values))}" for no, values in lists if values]
+            spans = [f"{no}at a = {', '.join(map(format_float, values))}" for no, values in lists if values]
             alive, dead = ("exists", "does not exist") if count == 1 else ("exist", "do not exist")
             parts.append(f"that {alive if self.exists else dead} {' and '.join(spans)}")
         bounded = {name: bounds for name, bounds in self.ranges.items() if any(b is not None for b in bounds)}
@@ -122,26 +173,32 @@ _SUBJECTS = {
     Status.FAMILY: ("bouncing-ball family", "bouncing-ball families"),
     Status.UNRESOLVED: ("unresolved word", "unresolved words"),
 }
-REVERSALS = {"self": "that retrace their path", "pair": "whose time reverse is another orbit"}
+REVERSALS = {"self": "that retrace their path", "pair": "whose time reverse is another {another}"}
 _REVERSAL_OF_ONE = REVERSALS | {"self": "that retraces its path"}
 
 
 def _listed_values(values: Sequence[float]) -> str:
-    shown = ", ".join(map(exact, values[:_MOST_VALUES]))
+    shown = ", ".join(map(format_float, values[:_MOST_VALUES]))
     return shown + (f" and {len(values) - _MOST_VALUES} more" if len(values) > _MOST_VALUES else "")
 
 
 def _span(name: str, low: float | None, high: float | None) -> str:
     if low is None:
-        return f"{name} <= {'' if high is None else exact(high)}"
-    return f"{name} >= {exact(low)}" if high is None else f"{exact(low)} <= {name} <= {exact(high)}"
+        return f"{name} <= {'' if high is None else format_float(high)}"
+    if low == high:
+        return f"{name} = {format_float(low)}"
+    return (
+        f"{name} >= {format_float(low)}"
+        if high is None
+        else f"{format_float(low)} <= {name} <= {format_float(high)}"
+    )
 
 
 LEAST_PERIOD = 2
 """The smallest number of bounces that an orbit can have."""
 
 
-def fillable(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
+def check_periods(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
     """Return the periods in the given ranges, ascending; raise `InputError` if one cannot be filled."""
     periods: set[int] = set()
     for low, high in spans:
@@ -201,7 +258,7 @@ def unknown_column(name: str, columns: Sequence[str]) -> SelectionError:
 
 
 class Criteria(TypedDict, total=False):
-    """Keyword arguments of `chosen_by`."""
+    """Keyword arguments of `Selection.from_criteria`."""
 
     a: float | Iterable[float] | None
     p: int | str | Iterable[int] | None
@@ -209,17 +266,20 @@ class Criteria(TypedDict, total=False):
     time_reversal: str | None
     symmetry: str | None
     contains: str | None
+    without: str | Iterable[str] | None
     exists: float | Iterable[float]
     not_at: float | Iterable[float]
     where: str | None
     parameters: Mapping[str, str | int | float] | None
     length: Bounds | None
+    quarter_length: Bounds | None
     lyapunov: Bounds | None
     lambda_d: Bounds | None
     lambda_c: Bounds | None
     margin: Bounds | None
     born: Bounds | None
     dies: Bounds | None
+    walls: int | Bounds | None
 
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
@@ -236,50 +296,12 @@ def with_criteria(method: _Method) -> _Method:
     return method
 
 
-def chosen_by(**criteria: Unpack[Criteria]) -> Selection:
-    """Return the selection for the criteria of `Catalogue.select`; a is 1.6 by default.
-
-    Raises
-    ------
-    SelectionError
-        If a criterion is invalid.
-    """
-    if unknown := sorted(set(criteria) - set(Criteria.__annotations__)):
-        meant, names = guess(unknown[0], Criteria.__annotations__), ", ".join(Criteria.__annotations__)
-        raise SelectionError(f"{', '.join(unknown)}: not a criterion; {meant}criteria are {names}")
-    given: dict[str, Any] = {name: value for name, value in criteria.items() if value is not None}
-    where, reversal = given.get("where"), given.get("time_reversal")
-    if not isinstance(where, str | None):
-        raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
-    if not isinstance(given.get("parameters", {}), Mapping):
-        raise SelectionError("parameters: give a dict of values for the names in where")
-    if given.get("parameters") and where is None:
-        names = ", ".join(given["parameters"])
-        raise SelectionError(f"{names}: parameters are for names in where, which is not given")
-    if reversal not in (None, *REVERSALS):
-        raise SelectionError(f"reversal {reversal!r}: use self or pair")
-    ranges = {name: _pair(name, given[name]) for name in MEASURES if name in given}
-    return Selection(
-        a=Stadium(given.get("a", USUAL_A)).a,
-        periods=parse_periods(_listed(given["p"])) if "p" in given else (),
-        statuses=parse_statuses(_listed(given["status"])) if "status" in given else (),
-        time_reversal=reversal,
-        symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
-        contains=parse(given["contains"]) if "contains" in given else None,
-        exists=_half_lengths(given.get("exists", ())),
-        not_at=_half_lengths(given.get("not_at", ())),
-        ranges={name: bounds for name, bounds in ranges.items() if bounds != (None, None)},
-        where=where,
-        parameters=given.get("parameters", {}),
-    )
-
-
 def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
     """Return the periods to fill, ascending, given as one, as a text such as ``2,3,5-7``, or as several.
 
     Raises `InputError` if no period is given, or one of them cannot be filled.
     """
-    return fillable(parse_periods(_listed(periods)))
+    return check_periods(parse_periods(_listed(periods)))
 
 
 def _listed(value: object) -> str:
@@ -293,7 +315,8 @@ def _listed(value: object) -> str:
 
 def _pair(name: str, bounds: object) -> Bounds:
     """Return bounds, after checking that they are a pair of numbers or None in ascending order."""
-    pair = tuple(bounds) if isinstance(bounds, tuple | list) else ()
+    alone = name in COUNTED and isinstance(bounds, Integral)
+    pair = (bounds, bounds) if alone else tuple(bounds) if isinstance(bounds, tuple | list) else ()
     numbers = [bound for bound in pair if bound is not None]
     if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
         raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10); either can be None")
@@ -329,7 +352,7 @@ def periods_up_to(text: str, first: int = LEAST_PERIOD) -> tuple[tuple[int, int]
     if "-" in text[1:] or "," in text:
         return parse_periods(text)
     try:
-        return ((first, whole(text)),)
+        return ((first, parse_int(text)),)
     except ValueError:
         raise SelectionError(f"periods {text!r:.40}: write them as 11, 2-8 or 2,3,5-7") from None
 
@@ -340,7 +363,8 @@ def parse_bound(text: str) -> tuple[str, Bounds]:
     if name not in MEASURES:
         raise SelectionError(f"range {text!r}: name one of {', '.join(MEASURES)}, as in length=3:10")
     try:
-        low, high = (real(end) if end.strip() else None for end in span.split(":"))
+        ends = [span] * 2 if name in COUNTED and ":" not in span else span.split(":")
+        low, high = (real(end) if end.strip() else None for end in ends)
         if (low, high) == (None, None) or low != low or high != high:
             raise ValueError(text)
     except ValueError:
@@ -391,6 +415,12 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
             f"status {text!r}: the bouncing-ball family is never stored: 'orbitdb query 02' describes it"
         )
     return statuses
+
+
+def _patterns(values: str | Iterable[str]) -> tuple[str, ...]:
+    """Check one or more patterns of symbols, and drop duplicates."""
+    patterns = (values,) if isinstance(values, str) or not isinstance(values, Iterable) else values
+    return tuple(dict.fromkeys(map(parse, patterns)))
 
 
 def _half_lengths(values: float | Iterable[float]) -> tuple[float, ...]:

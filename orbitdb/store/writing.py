@@ -50,7 +50,7 @@ from orbitdb.symbols.symmetry import joined_members
 from orbitdb.symbols.words import from_strings, keys_of_period
 
 if TYPE_CHECKING:
-    from orbitdb.entropy.bounds import EntropyBounds
+    from orbitdb.entropy_bounds.bounds import EntropyBounds
     from orbitdb.quantum.levels import LevelWindow
     from orbitdb.trajectories.ensemble import Reference
 
@@ -161,6 +161,12 @@ class Writer:
         return int(connection.scalars(select(t.stadium.c.id).where(t.stadium.c.a == a)).one())
 
 
+def check_writable(path: Path) -> None:
+    """Raise `StoreError` if a catalogue cannot be written, before work whose result it should keep."""
+    with closing(Writer(path, {})) as writer:
+        writer.try_to_write()
+
+
 def insert_row(connection: Connection, table: Table, values: Mapping[str, Any]) -> int:
     """Store a row, in place of one with the same key, and return its id; 0 if the table has none."""
     made = connection.execute(sa.insert(table).prefix_with("OR REPLACE").values(**values))
@@ -208,7 +214,7 @@ def add_reference(writer: Writer, reference: "Reference") -> None:
 def keep_bounds(writer: Writer, bounds: "EntropyBounds", proof: str, computed: str | None = None) -> bool:
     """Store the bounds from windows of a given length; return whether they were new.
 
-    `proof` is `orbitdb.entropy.bounds.DOUBLES` or `BALLS`; `computed` is as in `Writer.run_id`.
+    `proof` is `orbitdb.entropy_bounds.bounds.DOUBLES` or `BALLS`; `computed` is as in `Writer.run_id`.
     """
     values = {name: getattr(bounds, name) for name in ("lower", "upper", "windows", "undecided")}
     key = {"a": bounds.a, "proof": proof, "edges": bounds.window}

@@ -38,16 +38,30 @@ def test_a_complete_list_passes_and_removed_levels_are_found(cli, own, exact, tm
     whole = cli("assess", written(tmp_path / "k.txt", exact.tolist()), "--parity", "oo", "--db", own)
     assert whole.code == 0
     of = f"{len(exact)} levels with k from 0 to {exact[-1]:.4g}"
-    assert whole.err.startswith(f"none of {of} is missing (a = 1.6, oo; scatter 0.")
+    assert whole.err.startswith(f"none of {of} is missing (P 0.9")
+    assert "; a = 1.6, oo; misfit 0." in whole.err
     few = np.delete(exact, 9).tolist()
     found = cli("assess", written(tmp_path / "few.txt", few), "--parity", "oo", "--db", own, "--json")
     assert found.code == 1
     (row,) = json.loads(found.out)
-    assert list(row) == ["after", "before", "missing"]
-    assert row["missing"] == 1
+    assert list(row) == ["after", "before", "levels", "missing", "spurious", "probability", "gaps"]
+    assert (row["missing"], row["spurious"]) == (1, 0)
+    assert 0.8 < row["probability"] < 1
+    assert [list(gap) for gap in row["gaps"]] == [["after", "before", "missing"]] * (row["levels"] + 1)
+    assert row["gaps"][0]["missing"]["1"] > 0.5
+    table = cli("assess", str(tmp_path / "few.txt"), "--parity", "oo", "--db", own).out
+    assert table.split()[:6] == ["after", "before", "levels", "missing", "spurious", "probability"]
     assert row["after"] < exact[9] + 0.5
     assert row["before"] > exact[9] - 0.5
-    assert f"1 of {len(exact)} levels with k from 0 to" in found.err
+    assert f"1.0 +- 0.1 of {len(exact)} levels with k from 0 to" in found.err
+
+
+def test_numbers_have_probabilities(cli, own, exact, tmp_path):
+    few = written(tmp_path / "few.txt", np.delete(exact, 9).tolist())
+    rows = json.loads(cli("assess", few, "--parity", "oo", "--numbers", "--db", own, "--json").out)
+    assert [list(row) for row in rows] == [["k", "number", "probability", "excess"]] * len(rows)
+    assert [row["number"] for row in rows] == [n for n in range(1, len(exact) + 1) if n != 10]
+    assert all(0.9 < row["probability"] <= 0.999 for row in rows)
 
 
 def test_levels_can_be_given_as_energies_or_frequencies(cli, own, exact, tmp_path):
@@ -63,6 +77,11 @@ def test_levels_can_be_given_as_energies_or_frequencies(cli, own, exact, tmp_pat
     found = re.search(r"radius (\S+) \+- (\S+) m; the k above use it", fitted.err)
     radius, error = there(found).groups()
     assert abs(float(radius) - 0.2) < 3 * float(error) < 2e-3
+    prior = cli("assess", frequencies, "--frequency", "GHz", "--radius", "0.2004+-0.0003", *asked)
+    assert "m; the k above use it" in prior.err
+    wrong = cli("assess", frequencies, "--frequency", "GHz", "--radius", "0.2009", *asked)
+    assert wrong.code == 1
+    assert "they fit with another radius: add --fit-radius" in wrong.err
 
 
 @pytest.mark.parametrize(
@@ -71,6 +90,9 @@ def test_levels_can_be_given_as_energies_or_frequencies(cli, own, exact, tmp_pat
         (("--frequency", "GHz"), "need --frequency with their unit and --radius"),
         (("--radius", "0.2"), "need --frequency with their unit and --radius"),
         (("--frequency", "GHz", "--radius", "0"), "--radius 0: give the radius in metres"),
+        (("--frequency", "GHz", "--radius", "1+-0"), "give an error above 0"),
+        (("--frequency", "GHz", "--radius", "1+x"), "not a number"),
+        (("--noise", "2"), "noise 2: give the scatter"),
         (("--frequency", "GHz", "--radius", "1", "--energies"), "only one of them"),
         (("--parity", "ee,oo"), "give one"),
         (("--energies",), "Weyl's law expects"),
@@ -86,8 +108,9 @@ def test_conflicting_options_are_refused(cli, own, exact, tmp_path, options, tol
 def test_the_wrong_parity_is_named(cli, own, exact, tmp_path):
     found = cli("assess", written(tmp_path / "k.txt", exact.tolist()), "--parity", "eo", "--db", own)
     assert found.code == 1
-    assert "the list does not fit a = 1.6, eo: scatter 0." in found.err
-    assert found.err.endswith("they fit the parity oo\n")
+    assert "the list does not fit a = 1.6, eo: misfit" in found.err
+    assert "lists that fit have less than 1" in found.err
+    assert "they fit the parity oo\n" in found.err
 
 
 def test_levels_out_of_order_are_sorted_with_a_note(cli, own, exact, tmp_path):
@@ -128,7 +151,7 @@ def test_the_spectrum_of_a_list_says_which_levels_are_missing(cli, own, exact, t
     path = written(tmp_path / "k.txt", np.delete(exact, 9).tolist())
     found = cli("spectrum", "--levels", path, "--parity", "oo", "--db", own, "--points", "3")
     assert found.code == 0
-    assert f"1 of {len(exact)} levels with k from 0 to" in found.err
+    assert f"1.0 +- 0.1 of {len(exact)} levels with k from 0 to" in found.err
     assert "'orbitdb assess FILE --db " in found.err
 
 
@@ -194,7 +217,7 @@ def test_lists_that_cannot_be_levels_are_refused_with_the_remedy(cli, own, exact
 
 def test_a_list_of_one_parity_among_all_is_noticed(cli, own, exact, tmp_path):
     path = written(tmp_path / "k.txt", exact.tolist())
-    assert cli("assess", path, "--db", own).says(2, "the levels of one parity: name it")
+    assert cli("assess", path, "--db", own).says(2, "the levels of one parity: name it with --parity")
 
 
 @pytest.mark.parametrize("mark", ["\t", "; ", ", ", "   "])
@@ -220,5 +243,5 @@ def test_all_commands_name_the_missing_levels_of_a_list_of_frequencies(cli, own,
         found = cli(*command, *asked)
         assert found.code == 0
         assert "not in order and have been sorted" in found.err
-        assert "1 of 21 levels with k from 0 to 11.91 is missing (a = 1.6, oo" in found.err
+        assert "1.0 +- 0.1 of 21 levels with k from 0 to 11.91 are missing (a = 1.6, oo" in found.err
         assert ": 8.127 to 9.109;" in found.err

@@ -9,7 +9,7 @@ import pytest
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.commands.query import EXAMPLES
 from orbitdb.columns import GROUPS, IN_CATALOGUE
-from orbitdb.store.selection import chosen_by
+from orbitdb.store.selection import Selection
 
 EVERY = [each for _, group in GROUPS for each in group]
 
@@ -18,6 +18,13 @@ EVERY = [each for _, group in GROUPS for each in group]
 def test_the_table_of_columns_says_what_json_says(cli, monkeypatch, width):
     monkeypatch.setenv("COLUMNS", width)
     catalogue, others = cli("columns").out.split("\n\n")
+    some = cli("columns", "margin", "quarter_length")
+    assert [line.split()[0] for line in some.out.splitlines() if not line.startswith(" ")] == [
+        "column", "quarter_length", "margin"
+    ]  # fmt: skip
+    assert [row["of"] for row in json.loads(cli("columns", "code", "--json").out)] == ["word"]
+    assert len(json.loads(cli("columns", "error", "--json").out)) == 2  # of an orbit and of a level
+    assert cli("columns", "lenght").says(2, "column 'lenght': did you mean length?")
     head, *lines = cast(list[str], [*catalogue.splitlines(), *others.splitlines()])
     unit, bound, means = (head.index(name) for name in ("unit", "bounded by", "means"))
     found: list[list[str]] = []
@@ -48,7 +55,7 @@ TYPES = {"text": str, "integer": int, "number": float, "integers": list}
 def test_values_have_the_stated_types_and_are_empty_only_as_stated(varied):
     names = [each.name for each in IN_CATALOGUE]
     with Catalogue(varied) as catalogue:
-        rows = list(catalogue.rows(chosen_by(p="2-4", status="all"), columns=names))
+        rows = list(catalogue.rows(Selection.from_criteria(p="2-4", status="all"), columns=names))
     for column, values in zip(IN_CATALOGUE, zip(*rows, strict=True), strict=True):
         assert {type(value) for value in values} - {type(None)} <= {TYPES[column.kind]}, column
         assert any(each in (None, []) for each in values) == (column.empty != "never"), column
@@ -56,7 +63,7 @@ def test_values_have_the_stated_types_and_are_empty_only_as_stated(varied):
 
 def test_bounds_and_units_use_a_fixed_vocabulary():
     for column in EVERY:
-        assert column.unit in ("", "1", "radius", "1/radius", "radius, rad", "radius^2")
+        assert column.unit in ("", "1", "radius", "1/radius", "radius, rad", "radius^2", "radius^3")
         bounded = column.bound.removesuffix(" in life").endswith(("error", "errors"))
         assert bounded or column.bound in ("", "exact", "proved", "itself")
         assert "error" not in column.empty

@@ -9,8 +9,8 @@ from there import there
 
 from orbitdb import Catalogue, levels, solve_word
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.bounds import search
-from orbitdb.entropy.windows import geometric_entropy
+from orbitdb.entropy_bounds.bounds import search
+from orbitdb.entropy_bounds.windows import geometric_entropy
 
 # Half the lengths of orbits at a = 1: repository dionatandiego11/hipotese-riemann, file catalogo_o1.csv.
 HALF_LENGTHS = {
@@ -76,11 +76,30 @@ def test_proved_bounds_on_the_entropy_lie_between_the_published_ones(a):
     assert AT_LEAST < bounds.lower <= bounds.upper < AT_MOST
 
 
-def test_a_window_near_k_100_begins_with_level_1377_and_lacks_seven(tmp_path):
-    text = (Path(__file__).parent / "quarter_stadium_k100.txt").read_text()
+@pytest.mark.parametrize(
+    ("name", "levels", "first", "gaps"),
+    [
+        ("k100", 108, 1377, [(101.386919, 101.605151, 7)]),
+        ("k104", 166, 1492, [(106.998214, 107.208064, 6), (108.395894, 108.601001, 6)]),
+    ],
+)
+def test_windows_near_k_100_begin_with_the_right_level_and_lack_the_right_ones(
+    tmp_path, name, levels, first, gaps
+):
+    text = (Path(__file__).parent / f"quarter_stadium_{name}.txt").read_text()
     k = np.array(" ".join(line for line in text.splitlines() if line[0] != "#").split(), float)
     catalogue = Catalogue.create(tmp_path / "orbits.db", 1.0)
     catalogue.fill("2-10")
     window = catalogue.assess(k, parity="oo", window=True)
-    assert (len(k), window.first, window.missing, window.spurious) == (108, 1377, 7, 0)
-    assert [(gap.after, gap.before, gap.missing) for gap in window.gaps] == [(101.386919, 101.605151, 7)]
+    assert (len(k), window.first, window.spurious) == (levels, first, 0)
+    assert window.first_probability > 0.95
+    assert window.missing == pytest.approx(sum(count for *_, count in gaps), abs=0.3)
+    assert len(window.gaps) == len(gaps)
+    for gap, (after, before, missing) in zip(window.gaps, gaps, strict=True):
+        assert gap.after is not None
+        assert gap.before is not None
+        assert gap.after <= after < before <= gap.before
+        assert gap.levels <= 2
+        assert (gap.missing, gap.spurious) == (missing, 0)
+        assert gap.probability > 0.7
+    assert [n for n in np.diff(window.number) if n > 1] == [count + 1 for *_, count in gaps]

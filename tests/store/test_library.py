@@ -18,10 +18,10 @@ from processes import run
 from same import same
 from there import there
 
-from orbitdb import Catalogue, InputError, Selection, Status, solve_word
+from orbitdb import Catalogue, InputError, Status, solve_word
 from orbitdb.errors import StoreError
 from orbitdb.filling.fill import fill_word
-from orbitdb.store.selection import SelectionError, chosen_by
+from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import least_rotation
 
 
@@ -48,8 +48,8 @@ def test_an_unknown_name_of_the_package_is_an_attribute_error():
 def test_classes_are_orbits_by_default(varied):
     catalogue = Catalogue(varied, a=1.0)
     orbits, boundary = catalogue.classes(p=6), catalogue.classes(p=6, status="boundary")
-    assert orbits.words.sum() == catalogue.count(chosen_by(a=1.0, p=6, status="orbit"))
-    assert boundary.words.sum() == catalogue.count(chosen_by(a=1.0, p=6, status="boundary")) > 0
+    assert orbits.words.sum() == catalogue.count(Selection.from_criteria(a=1.0, p=6, status="orbit"))
+    assert boundary.words.sum() == catalogue.count(Selection.from_criteria(a=1.0, p=6, status="boundary")) > 0
     with pytest.raises(SelectionError, match="leave out status dynamical"):
         catalogue.classes(status="dynamical")
 
@@ -66,11 +66,30 @@ def test_an_engine_of_sqlalchemy_reads_what_the_catalogue_counts_and_cannot_writ
             connection.execute(sa.text("DELETE FROM orbit"))
 
 
-def test_coordinates_that_were_not_read_are_none(catalogue):
-    subset = catalogue.select(p=3)
-    assert subset.coordinates is None
-    with pytest.raises(ValueError, match="coordinates=True"):
-        subset.coordinates_of(0)
+@pytest.mark.parametrize("order", ["p", "length desc", "code"])
+def test_coordinates_that_were_not_read_are_read_when_needed(catalogue, order):
+    criteria = {"p": "2-5", "status": "orbit,dynamical,boundary", "where": "walls < 3", "order": order}
+    read, later = (catalogue.select(**criteria, coordinates=now) for now in (True, False))
+    assert later.coordinates is None
+    later = later[::-2]
+    for n, (first, second) in enumerate(zip(read[::-2], later, strict=True)):
+        assert first.code == second.code
+        np.testing.assert_array_equal(read[::-2].coordinates_of(n), later.coordinates_of(n))
+    for one, other in zip(read[::-2].of_period(4), later.of_period(4), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert np.isnan(catalogue.select(p=5, status="dynamical").coordinates_of(0)).all()
+
+
+def test_a_limit_gives_the_first_entries_and_the_total(catalogue):
+    every = catalogue.select(p="2-5", status="orbit", order="length desc")
+    some = catalogue.select(p="2-5", status="orbit", order="length desc", limit=7)
+    assert some.code.tolist() == every.code[:7].tolist()
+    assert (len(some), some.total, str(some)) == (7, 121, "<7 of 121 orbits of period 2 to 5 at a = 1.6>")
+    assert len(catalogue.select(p=3, limit=0)) == 0
+    enough = catalogue.select(p=3, limit=8, classes=True)
+    assert (len(enough), enough.total) == (2, None)
+    with pytest.raises(InputError, match="limit = -1"):
+        catalogue.select(limit=-1)
 
 
 def test_an_orbit_of_a_subset_reads_its_bounces_when_asked(catalogue):
@@ -131,7 +150,7 @@ def test_a_word_that_is_not_stored_is_solved(catalogue, word, status):
 def test_a_subset_is_a_sequence_of_orbits(catalogue):
     subset = catalogue.select(p="2-4", status="orbit,dynamical,geometric", coordinates=True, order="length")
     orbits = list(subset)
-    assert [(orbit.code, orbit.stored) for orbit in orbits] == [(code, True) for code in subset.codes]
+    assert [(orbit.code, orbit.stored) for orbit in orbits] == [(code, True) for code in subset.code]
     for orbit in (orbits[0], orbits[7], orbits[-1]):
         assert orbit == catalogue[orbit.code]
         assert orbit in subset
@@ -144,13 +163,13 @@ def test_a_subset_is_a_sequence_of_orbits(catalogue):
 def test_parts_of_a_subset_are_subsets(catalogue):
     subset = catalogue.select(p="2-5", status="orbit", coordinates=True)
     some = subset[5:50:7]
-    assert repr(some) == "<7 of 121 orbits of period 2 to 5 at a = 1.6>"
+    assert str(some) == "<7 of 121 orbits of period 2 to 5 at a = 1.6>"
     assert same(some, subset[[5, 12, 19, 26, 33, 40, 47]])
     assert same(some, subset[np.arange(121) % 7 == 5][:7])
     assert list(some) == list(subset)[5:50:7]
     np.testing.assert_array_equal(some.coordinates_of(2), subset.coordinates_of(19))
     assert some[1:][0] == some[1]
-    assert repr(some[1:]) == "<6 of 121 orbits of period 2 to 5 at a = 1.6>"
+    assert str(some[1:]) == "<6 of 121 orbits of period 2 to 5 at a = 1.6>"
     assert same(subset[:], subset)
     assert same(subset[np.ones(121, bool)], subset)
     assert not same(subset, subset[1:])
@@ -288,19 +307,25 @@ def test_a_catalogue_uses_its_own_a_by_default(varied):
 
 
 def test_criteria_make_a_selection():
-    assert chosen_by(a=2.0, p="2-4", status="orbit", contains="02", margin=(None, 0.1)) == Selection(
+    assert Selection.from_criteria(
+        a=2.0, p="2-4", status="orbit", contains="02", margin=(None, 0.1)
+    ) == Selection(
         a=2.0, periods=((2, 4),), statuses=(Status.ORBIT,), contains="02", ranges={"margin": (None, 0.1)}
     )
-    several = chosen_by(p=[2, 3, 5], status=["orbit", Status.BOUNDARY])
-    assert several == chosen_by(p="2,3,5", status="orbit,boundary")
-    assert chosen_by(p=range(2, 5)) == chosen_by(p="2-4")
-    assert chosen_by(p=(2, 4)) == chosen_by(p=[2, 4]) == chosen_by(p="2,4")
-    assert chosen_by(length=None, lambda_c=(None, None)) == Selection()
+    several = Selection.from_criteria(p=[2, 3, 5], status=["orbit", Status.BOUNDARY])
+    assert several == Selection.from_criteria(p="2,3,5", status="orbit,boundary")
+    assert Selection.from_criteria(p=range(2, 5)) == Selection.from_criteria(p="2-4")
+    assert (
+        Selection.from_criteria(p=(2, 4))
+        == Selection.from_criteria(p=[2, 4])
+        == Selection.from_criteria(p="2,4")
+    )
+    assert Selection.from_criteria(length=None, lambda_c=(None, None)) == Selection()
 
 
 @pytest.mark.parametrize("status", ["orbit", "geometric", "dynamical", "boundary", "unresolved", "all"])
 def test_descriptions_use_singular_and_plural(status):
-    chosen = chosen_by(a=1.6, status=status, time_reversal="self", exists=(1,))
+    chosen = Selection.from_criteria(a=1.6, status=status, time_reversal="self", exists=(1,))
     one, two = (chosen.describe(count=count).split(" at a = ", 1)[0] for count in (1, 2))
     assert re.fullmatch(r"1 .*(orbit|word|through a joint)", one)
     assert two == "2" + re.sub(r"\b(orbit|word)\b", r"\1s", one)[1:]
@@ -308,12 +333,14 @@ def test_descriptions_use_singular_and_plural(status):
 
 def test_descriptions_leave_out_empty_ranges_and_shorten_long_words(catalogue):
     subset = catalogue.select(p=2, status="orbit", length=(None, None))
-    assert repr(subset) == "<1 orbit of period 2 at a = 1.6>"
+    assert str(subset) == "<1 orbit of period 2 at a = 1.6>"
     assert Selection(ranges={"length": (None, None)}).describe() == "words at a = 1.6"
     for word, shown in (("13" * 30, "13" * 30), ("13" * 31, "13" * 28 + "1...")):
-        assert chosen_by(p=80, contains=word).describe().endswith(f" containing {shown}")
-    assert {*chosen_by(status="all").statuses} == {*Status} - {Status.FAMILY}
-    several = chosen_by(p="2,4-5", status="orbit", time_reversal="self", symmetry="x", contains="13")
+        assert Selection.from_criteria(p=80, contains=word).describe().endswith(f" containing {shown}")
+    assert {*Selection.from_criteria(status="all").statuses} == {*Status} - {Status.FAMILY}
+    several = Selection.from_criteria(
+        p="2,4-5", status="orbit", time_reversal="self", symmetry="x", contains="13"
+    )
     assert several.describe([1.0, 1.6]) == (
         "orbits of period 2, 4 to 5 at a = 1, 1.6 that retrace their path with symmetry x containing 13"
     )
@@ -322,7 +349,7 @@ def test_descriptions_leave_out_empty_ranges_and_shorten_long_words(catalogue):
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        ({"colour": (1, 2)}, "criteria are a, p, status, time_reversal, .*, length, lyapunov"),
+        ({"colour": (1, 2)}, "criteria are a, p, status, time_reversal, .*, length, .*, lyapunov"),
         (
             {"reversal": "self"},
             "reversal: not a criterion; did you mean time_reversal\\? criteria are a, p, status",
@@ -354,7 +381,7 @@ def test_other_libraries_read_a_subset_through_arrow(varied):
     subset = Catalogue(varied).select(a=1.6, p="2-4", status="orbit")
     read = pyarrow.table(subset)
     assert read.equals(subset.to_arrow())
-    assert read["code"].to_pylist() == subset.codes.tolist()
+    assert read["code"].to_pylist() == subset.code.tolist()
 
 
 def test_births_of_an_impossible_period_are_refused(filled):

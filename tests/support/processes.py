@@ -35,6 +35,48 @@ def small_blocks(words: int = 64) -> list[str]:
     return [sys.executable, "-P", "-c", _SMALL.format(words=words)]
 
 
+_PAUSING = """
+import os, signal
+from orbitdb.cli.main import run
+from orbitdb.filling import fill, sweeps
+from orbitdb.store.writing import Writer
+for name in fill.METHODS:
+    fill.METHODS[name] = fill.Method(fill.METHODS[name].solve, 64)
+fill.BIRTHS_BLOCK, sweeps.CLASSES, sweeps.SMALL = 64, 64, 1
+plain, begun = Writer.writing, 0
+def writing(self):
+    global begun
+    begun += 1
+    if begun == {before}:
+        os.kill(os.getpid(), signal.SIGSTOP)
+    return plain(self)
+Writer.writing = writing
+run()
+"""
+
+
+def pausing(before: int) -> list[str]:
+    """Return a command with small blocks that stops itself before one of its transactions, counted from 1.
+
+    The first one stores the cursors of all periods, and each further one a block.
+    """
+    return [sys.executable, "-P", "-c", _PAUSING.format(before=before)]
+
+
+def wait_until_paused(process: Going) -> None:
+    """Wait until a command started with `pausing` has stopped itself; `go_on` continues it."""
+    found = os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WEXITED | os.WNOWAIT)
+    assert found is not None
+    assert found.si_code == os.CLD_STOPPED, process.communicate()
+
+
+def go_on(process: Going) -> tuple[int, str]:
+    """Continue a paused command; return its exit code and stderr."""
+    os.kill(process.pid, signal.SIGCONT)
+    _, err = process.communicate(timeout=200)
+    return process.returncode, err
+
+
 def run(*arguments: str | Path, command: Sequence[str] = COMMAND, **options: Any) -> Done:
     """Run a command until it ends."""
     return subprocess.run(

@@ -142,6 +142,21 @@ def test_an_a_without_rows_has_nothing_to_check(small, cli):
     assert cli("verify", "--a", "2").says(1, "nothing to check", "a = 2", "orbitdb fill --p 11 --a 2")
 
 
+def test_births_alone_are_checked(born_once, cli):
+    outcome = cli("verify", "--db", str(born_once), "--json")
+    assert outcome.code == 0, outcome.err
+    assert {check["check"]: check["failures"] for check in json.loads(outcome.out)}["births"] == 0
+
+
+def test_everything_is_checked_if_no_stored_a_is_the_default(tmp_path):
+    catalogue = Catalogue.create(tmp_path / "orbits.db")
+    for a in (1.0, 2.0):
+        catalogue.fill(3, a=a)
+    found = Catalogue(catalogue.path).verify()
+    assert found.sound
+    assert {check.name: check.rows for check in found.checks}["counts"] == 2 * (8 + 1)
+
+
 def test_missing_periods_are_reported_at_every_a_that_lacks_some(small, cli):
     assert cli("simulate", "--a", "0.5", "--bounces", "1000").code == 0
     told = cli("verify", "--p", "5-7").err.splitlines()
@@ -176,8 +191,8 @@ def test_joined_checks_keep_the_worst_of_all_rows():
 
 
 def test_the_progress_of_every_stage_reaches_its_total(filled):
-    with reading(filled) as moment:
-        steps = list(verify(moment, [Selection()]))
+    with reading(filled) as connection:
+        steps = list(verify(connection, [Selection()]))
     for stage in ("classes", "orbits"):
         of_stage = [step for step in steps if step.stage.startswith(stage)]
         assert [step.done for step in of_stage] == sorted(step.done for step in of_stage)

@@ -2,12 +2,12 @@
 
 import itertools
 import re
+from typing import Any
 
 import pytest
 from contrasts import texts_of
 from screens import browsing, press
 from textual.color import Color
-from textual.geometry import Offset
 from textual.theme import BUILTIN_THEMES
 
 from orbitdb.cli.tui.colours import TEXT, contrast, readable, readable_variables
@@ -90,12 +90,11 @@ async def test_pruned_words_are_dimmer_than_orbits(filled_once, names):
         for name in names:
             await with_theme(app, pilot, name)
             assert unreadable(app) == [], name
-            table = app.screen.query_one(PagedTable)
-            found: dict[str, set[float]] = {}
-            place = table.content_region.offset + Offset(0, table.cursor + 1 - table.scroll_offset.y)
+            table, found = app.screen.query_one(PagedTable), dict[str, Any]()
+            place = table.content_region.y + table.cursor + 1 - table.scroll_offset.y
             for cells in texts_of(app):
                 status = re.search("orbit|dynamical", cells.text)
-                if table.region.contains(cells.x, cells.y) and status and cells.y != place.y:
+                if table.region.contains(cells.x, cells.y) and status and cells.y != place:
                     found.setdefault(status[0], set()).add(cells.contrast)
             (clear,), (dim,) = found["orbit"], found["dynamical"]
             assert clear > 1.2 * dim, name

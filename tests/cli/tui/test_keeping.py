@@ -8,11 +8,11 @@ from screens import ask, browsing, press, row_of, screen_lines, shown, table_of
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.export import write_rows
-from orbitdb.cli.tui.panels import choices
+from orbitdb.cli.tui.panels import filter_bar
 from orbitdb.cli.tui.stored import EVERY, USUAL, Kept, Ordering, State
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
-from orbitdb.store.selection import Selection, chosen_by
+from orbitdb.store.selection import Selection
 
 
 def heading(app):
@@ -123,24 +123,24 @@ def test_every_column_except_a_can_be_shown():
 def test_keys_cycle_through_the_values_of_a_criterion():
     chosen, seen = Selection(), []
     for _ in range(6):
-        chosen = choices.turned(chosen, "statuses", choices.RINGS["statuses"])
+        chosen = filter_bar.turned(chosen, "statuses", filter_bar.RINGS["statuses"])
         seen.append(chosen.statuses)
     assert seen == [(Status.ORBIT,), (Status.DYNAMICAL,), (Status.BOUNDARY,), (Status.GEOMETRIC,),
                     (Status.UNRESOLVED,), ()]  # fmt: skip
     several = Selection(statuses=(Status.ORBIT, Status.BOUNDARY))
-    assert choices.turned(several, "statuses", choices.RINGS["statuses"]).statuses == (Status.ORBIT,)
+    assert filter_bar.turned(several, "statuses", filter_bar.RINGS["statuses"]).statuses == (Status.ORBIT,)
     for reversal in ("self", "pair", None):
-        chosen = choices.turned(chosen, "time_reversal", choices.RINGS["time_reversal"])
+        chosen = filter_bar.turned(chosen, "time_reversal", filter_bar.RINGS["time_reversal"])
         assert chosen.time_reversal == reversal
     ring = ((), ((2, 2),), ((4, 4),), ((5, 5),))
     for step, periods in ((1, [2, 4, 5]), (-1, [5, 4, 2])):
         for p in periods:
-            chosen = choices.turned(chosen, "periods", ring, step)
+            chosen = filter_bar.turned(chosen, "periods", ring, step)
             assert chosen.periods == ((p, p),)
-        chosen = choices.turned(chosen, "periods", ring, step)
+        chosen = filter_bar.turned(chosen, "periods", ring, step)
         assert chosen.periods == ()
     for others in (((2, 4), (5, 5)), ((3, 3),)):  # none of them a single period
-        assert choices.turned(Selection(periods=others), "periods", ring).periods == ((2, 2),)
+        assert filter_bar.turned(Selection(periods=others), "periods", ring).periods == ((2, 2),)
 
 
 def linked(line):
@@ -149,13 +149,13 @@ def linked(line):
 
 
 def test_choices_link_to_their_actions_and_name_their_keys():
-    assert [text for _, _, text in linked(choices.chips(Selection(), [1.6]))] == [
+    assert [text for _, _, text in linked(filter_bar.chips(Selection(), [1.6]))] == [
         "1.6", "p all", "every status", "any reversal", "no filter"
     ]  # fmt: skip
-    assert linked(choices.chips(Selection(3.0), [1.0, 1.6]))[0] == ("half_length", "a", "3, not filled")
+    assert linked(filter_bar.chips(Selection(3.0), [1.0, 1.6]))[0] == ("half_length", "a", "3, not filled")
     statuses = (Status.ORBIT, Status.BOUNDARY)
     chosen = Selection(1.0, ((2, 4), (7, 7)), statuses, "self", where="code like '[1]'")
-    assert linked(choices.chips(chosen, [chosen.a, 7.0])) == [
+    assert linked(filter_bar.chips(chosen, [chosen.a, 7.0])) == [
         ("half_length", "a", "1, 2 stored"),
         ("turn('periods')", r"\[ ]", "p 2-4, 7"),
         ("turn('statuses')", "o", "orbit, boundary"),
@@ -175,5 +175,5 @@ def test_choices_link_to_their_actions_and_name_their_keys():
     ],
 )  # fmt: skip
 def test_criteria_without_a_field_of_their_own_come_last(chosen, told):
-    shown = choices.chips(chosen_by(**chosen), [])
+    shown = filter_bar.chips(Selection.from_criteria(**chosen), [])
     assert linked(shown)[-1] == ("filter", "/", told)

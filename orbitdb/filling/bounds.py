@@ -1,4 +1,4 @@
-"""Compute and store averages over trajectories, quantum levels and entropy bounds."""
+"""Find bounds on the topological entropy, and store them."""
 
 import math
 from collections.abc import Generator, Iterator, Mapping, Sequence
@@ -8,28 +8,18 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from orbitdb.answers.levels import ranges_not_stored, stored_levels
-from orbitdb.averages.exact_means import exact_means
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.bounds import BALLS, DOUBLES, EntropyBounds, enclose, search
-from orbitdb.entropy.verdicts import decide
+from orbitdb.entropy_bounds.bounds import BALLS, DOUBLES, EntropyBounds, enclose, search
+from orbitdb.entropy_bounds.verdicts import decide
 from orbitdb.errors import InputError
 from orbitdb.filling.workers import at_work
 from orbitdb.progress import Tell, nobody
-from orbitdb.quantum.levels import LevelWindow, in_order, windows
-from orbitdb.quantum.weyl import Parity
-from orbitdb.store.file import reading
-from orbitdb.store.writing import Writer, add_reference, keep_bounds, keep_levels
-from orbitdb.text import exact, with_error
-from orbitdb.trajectories.ensemble import Reference
-from orbitdb.trajectories.ensemble import simulate as simulate_bounces
-from orbitdb.trajectories.legwise import simulate_legs
+from orbitdb.store.writing import Writer, keep_bounds
+from orbitdb.text import format_float
 
 if TYPE_CHECKING:
-    from orbitdb.entropy.proof import Proof
+    from orbitdb.entropy_bounds.proof import Proof
 
-_SECONDS_A_WINDOW = 0.6
-"""Approximate time to find the levels of a window; it is longer at large k."""
 _FEWEST, MOST_EDGES = 2, 40
 _USUAL_WINDOW = 14
 """Default number of edges of the longest windows for entropy bounds."""
@@ -38,68 +28,6 @@ _SECONDS_OF_BOUNDS = 0.4
 
 Limits = tuple[int | None, float, float]
 """Limits that end a search for bounds: edges of the longest windows, width of the bounds, time in seconds."""
-
-
-def simulate(stadium: Stadium, bounces: int, seed: int, legwise: bool, tell: Tell = nobody) -> Reference:
-    """Average over random trajectories, bounce by bounce or leg by leg."""
-
-    def show(done: float, so_far: Reference) -> None:
-        tell(done, 1.0, f"lambda_d = {with_error(so_far.lambda_d, so_far.lambda_d_error)}")
-
-    if legwise:
-        return simulate_legs(stadium, bounces, exact_means(stadium.a).growth, seed, show)
-    return simulate_bounces(stadium, bounces, seed, progress=show)
-
-
-def check_writable(path: Path) -> None:
-    """Raise `StoreError` if a catalogue cannot be written, before work whose result it should keep."""
-    with closing(Writer(path, {})) as writer:
-        writer.try_to_write()
-
-
-def keep_simulated(path: Path, averages: Reference) -> None:
-    """Store averages over random trajectories."""
-    parameters = {"command": "simulate", "a": averages.a, "bounces": averages.bounces, "seed": averages.seed}
-    with closing(Writer(path, parameters)) as writer:
-        add_reference(writer, averages)
-
-
-def find_levels(
-    path: Path | None,
-    stadium: Stadium,
-    low: float,
-    high: float,
-    parities: Sequence[Parity],
-    jobs: int | None = None,
-    tell: Tell = nobody,
-) -> dict[Parity, list[LevelWindow]]:
-    """Return the levels in a range of k by parity; take stored ones from a catalogue, and store new ones."""
-    for parity in parities:
-        list(windows(stadium, parity, low, high))  # raises for a bad range before anything is stored
-    levels: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities}
-    if path is not None:
-        with reading(path) as moment:
-            levels = {parity: stored_levels(moment, stadium.a, parity) for parity in parities}
-    tasks = in_order(
-        task
-        for parity in parities
-        for gap in ranges_not_stored(levels[parity], low, high)
-        for task in windows(stadium, parity, *gap)
-    )
-    if not tasks:
-        return levels
-    parameters = {"command": "levels", "k": f"{low:g}:{high:g}", "a": stadium.a}
-    with (
-        nullcontext() if path is None else closing(Writer(path, parameters)) as writer,
-        at_work(_SECONDS_A_WINDOW * len(tasks), jobs) as workers,
-    ):
-        tell(0, len(tasks), "levels")
-        for done, solved in enumerate(workers.solved(task.solved for task in tasks), 1):
-            if writer is not None:
-                keep_levels(writer, solved)
-            levels[solved.parity].append(solved)
-            tell(done, len(tasks), f"levels {solved.parity} up to k = {solved.high:.4g}")
-    return levels
 
 
 def find_bounds(
@@ -147,7 +75,7 @@ def _enclosed(
     """Yield bounds, each time with the arithmetic that computed them, or None if this process did."""
     judges: list[Proof | None] = [None] * len(values)
     if proofs is not None:
-        from orbitdb.entropy import proof  # loads flint, which double precision does not need
+        from orbitdb.entropy_bounds import proof  # loads flint, which double precision does not need
 
         judges = [proof.Proof() for _ in values]
     if len(values) == 1:
@@ -163,7 +91,7 @@ def _enclosed(
             if proofs is not None:
                 proofs += filter(None, [solved.proof])
             yield from ((level, solved.arithmetic) for level in solved.levels)
-            tell(done, len(tasks), f"a = {exact(solved.levels[-1].a)}")
+            tell(done, len(tasks), f"a = {format_float(solved.levels[-1].a)}")
 
 
 def limits_of(window: int | None, width: float | None, seconds: float | None) -> Limits:

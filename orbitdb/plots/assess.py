@@ -1,0 +1,77 @@
+"""The figure of `assess`: how many levels are missing below each k."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from orbitdb.arrays import Floats
+from orbitdb.plots.style import BLUE, ORANGE
+
+if TYPE_CHECKING:
+    from orbitdb.quantum.doubtful_ranges import Gap
+    from orbitdb.quantum.missing_levels import Assessment
+
+_SURE, _LIGHT = 0.9, 0.35
+"""Least probability of what is drawn in full, and the opacity of the rest."""
+_SHADE = 0.15
+_MOST_NAMES = 12
+"""Gaps are named if there are not more of them."""
+
+
+def draw_assess(ax: Axes, assessment: "Assessment") -> None:
+    """Draw how many levels are missing below k, by the orbits and as the most probable integer.
+
+    Gaps with missing or spurious levels are shaded. What has a probability below 0.9 is lighter. In a window,
+    the levels below its first do not count.
+    """
+    _draw_steps(ax, assessment)
+    excess = assessment.excess - (assessment.first - 1)
+    sure = assessment.probability >= _SURE
+    label = r"$N_\mathrm{orbits}(k) - N_\mathrm{list}(k)$"
+    ax.plot(assessment.k[sure], excess[sure], ".", color=BLUE, markersize=4, label=label)
+    ax.plot(assessment.k[~sure], excess[~sure], ".", color=BLUE, markersize=4, alpha=_LIGHT)
+    for gap in assessment.gaps:
+        low = assessment.k[0] if gap.after is None else gap.after
+        high = assessment.k[-1] if gap.before is None else gap.before
+        alpha = _SHADE if gap.probability >= _SURE else _SHADE * _LIGHT
+        ax.axvspan(low, high, color=ORANGE, alpha=alpha, linewidth=0)
+    ax.margins(y=0.2)
+    ax.yaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.set(xlabel="$kR$", ylabel="levels missing below $k$")
+
+
+def _draw_steps(ax: Axes, assessment: "Assessment") -> None:
+    """Draw the most probable number of missing levels, minus that of spurious ones, below each k."""
+    spurious = assessment.k[assessment.number == 0]
+    k = np.concatenate([assessment.k, assessment.places, spurious])
+    rise = np.repeat([0, 1, -1], [len(assessment), len(assessment.places), len(spurious)])
+    order = np.argsort(k, kind="stable")
+    k, height = k[order], np.cumsum(rise[order])
+    sure = np.interp(k, assessment.k, assessment.probability) >= _SURE
+    ax.step(k, height, where="post", color=ORANGE, alpha=_LIGHT)
+    full = np.where(sure, height, np.nan)
+    ax.step(k, full, where="post", color=ORANGE, label="levels missing below $k$")
+    if len(assessment.gaps) <= _MOST_NAMES:
+        for gap in assessment.gaps:
+            _name(ax, gap, assessment, k, height)
+
+
+def _name(ax: Axes, gap: "Gap", assessment: "Assessment", k: Floats, height: Floats) -> None:
+    """Write how many levels are missing or spurious in a gap, and where, below the end of its step."""
+    low = -np.inf if gap.after is None else gap.after
+    high = np.inf if gap.before is None else gap.before
+    every = np.concatenate([assessment.places, assessment.k[assessment.number == 0]])
+    inside = every[(every > low) & (every < high)]
+    at = float(inside.mean()) if len(inside) else low
+    end = float(height[np.searchsorted(k, min(high, k[-1]), "right") - 1])
+    text = ", ".join(f"{count:+d}" for count in (gap.missing, -gap.spurious) if count)
+    ax.annotate(
+        f"{text} at {at:.2f}",
+        (at, end),
+        xytext=(5, -11),
+        textcoords="offset points",
+        color=ORANGE,
+        fontsize=8,
+    )

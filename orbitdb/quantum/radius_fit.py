@@ -1,0 +1,105 @@
+"""Fit the radius together with the numbers of the levels.
+
+A wrong radius multiplies every level by the same factor, the scale. ln P of the list is computed on a grid of
+scales, first for the lowest levels, which allow few scales, then for more. Results are averaged over all
+scales, so that their probabilities and the error of the radius allow for the scales with another number.
+"""
+
+import math
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from orbitdb.arrays import Floats
+from orbitdb.quantum.comparison import Comparison, Rates
+from orbitdb.quantum.judging import PATHS, Judgement, judge
+from orbitdb.quantum.level_paths import Beam, Posterior, backward, forward
+
+WIDEST, _AT_LIMIT = 0.005, 0.98
+"""Largest relative change of the radius, if its error is not given, and the share that is at the limit."""
+_SIGMAS = 4.0
+"""Largest change in units of the standard error, if it is given."""
+_STEP, _FINER = 0.2, 8
+"""Step of the scale, in numbers of the last level, and the factor by which it is refined in the end."""
+_FIRST, _MORE = 100, 4
+"""Number of levels to which the first grid is fitted, and the factor by which it then grows."""
+_BEAM, _COARSE = Beam(14.0, 150), Beam(8.0, 40)
+"""Beams for the refined and the coarse grids."""
+_LEAST, _LEAST_SHARE = 1e-4, 0.01
+"""Least probability of the scales that are refined, and of those that are averaged over."""
+
+
+class Fitted(NamedTuple):
+    """A judgement averaged over scales; the best scale, its standard error, and whether it is at a limit."""
+
+    judged: Judgement
+    scale: float
+    error: float
+    at_limit: bool
+
+
+def widest(error: float | None) -> float:
+    """Return the largest relative change of a radius with a given relative standard error."""
+    return WIDEST if error is None else _SIGMAS * error
+
+
+def fit(compared: Comparison, error: float | None) -> Fitted:
+    """Fit the scale of a list whose radius has a relative standard error; None for any within `WIDEST`."""
+    n = len(compared.k)
+    count = min(n, _FIRST)
+    low, high, step = 1 - widest(error), 1 + widest(error), math.inf
+    while True:
+        part = compared if count == n else compared.part(count)
+        step = _STEP / (2 * float(part.smooth(part.k[-1])))
+        scales = np.linspace(low, high, max(math.ceil((high - low) / step), 2) + 1)
+        chance = _chances(part, scales, error, _COARSE)
+        likely = scales[chance > _LEAST]
+        step = scales[1] - scales[0]
+        low, high = likely[0] - step, likely[-1] + step
+        if count == n:
+            break
+        count = min(n, count * _MORE)
+    some = chance > _LEAST
+    fine = (scales[some, None] + step * (np.arange(_FINER) / _FINER - 0.5 + 0.5 / _FINER)).ravel()
+    chance = _chances(compared, fine, error, _BEAM)
+    best = float(fine[chance.argmax()])
+    spread = math.sqrt(float(chance @ (fine - best) ** 2) + (step / _FINER) ** 2 / 12)
+    at_limit = error is None and abs(best - 1) > _AT_LIMIT * WIDEST
+    return Fitted(_averaged(compared, best, fine, chance), best, spread, at_limit)
+
+
+def _chances(compared: Comparison, scales: Floats, error: float | None, beam: Beam) -> Floats:
+    """Return the probability of each scale."""
+    rates = Rates()
+    steps = compared.steps(rates)
+    data = compared.data(steps, None, rates.tau2)
+    logs = np.empty(len(scales))
+    for n, scale in enumerate(scales.tolist()):
+        difference = compared.excess(compared.grid, scale)
+        passed = forward(data._replace(difference=difference), steps, compared.firsts(difference), beam)
+        logs[n] = passed.log_evidence
+    if error is not None:
+        logs -= ((scales - 1) / error) ** 2 / 2
+    chance = np.exp(logs - logs.max())
+    return np.asarray(chance / chance.sum())
+
+
+def _averaged(compared: Comparison, best: float, scales: Floats, chance: Floats) -> Judgement:
+    """Judge the list with the best scale, and average the numbers over the other scales."""
+    judged = judge(compared.scaled(best))
+    at_best, steps = judged.compared, judged.steps
+    shares = np.where(chance >= _LEAST_SHARE, chance, 0.0)
+    data = at_best.data(steps, judged.posterior.probability, judged.rates.tau2)
+    probability, drawn, first, rng = np.zeros(len(steps.level)), [], [], np.random.default_rng(1)
+    for scale, share in zip(scales.tolist(), (shares / shares.sum()).tolist(), strict=True):
+        if not share:
+            continue
+        difference = at_best.excess(at_best.grid, scale / best)
+        passed = forward(data._replace(difference=difference), steps, at_best.firsts(difference), _BEAM)
+        posterior = backward(passed, steps, max(1, round(PATHS * share)), rng)
+        probability += share * posterior.probability
+        drawn.append(posterior.drawn)
+        first.append(posterior.first)
+    both = Posterior(probability, np.concatenate(drawn, axis=1), np.concatenate(first))
+    return replace(judged, posterior=both)

@@ -1,0 +1,24 @@
+"""The figure of `assess`."""
+
+import numpy as np
+import pytest
+
+from orbitdb import Catalogue
+
+
+@pytest.mark.parametrize("window", [False, True])
+def test_missing_levels_are_steps_at_integers_and_their_gaps_are_shaded(filled_once, exact_once, window):
+    levels = exact_once[(exact_once < 12) & (exact_once > (6 if window else 0))]
+    few = np.delete(levels, [5, 11])
+    found = Catalogue(filled_once).assess(few, parity="oo", window=window)
+    assert len(found.gaps) == 2
+    ax = found.plot()
+    assert len(ax.patches) == len(found.gaps)
+    (steps,) = [line for line in ax.lines if line.get_label() == "levels missing below $k$"]
+    at, heights = (np.asarray(values, float) for values in steps.get_data())
+    assert set(heights[~np.isnan(heights)]) == {0, 1, 2}
+    (points,) = [line for line in ax.lines if str(line.get_label()).startswith("$N")]
+    k, excess = (np.asarray(values, float) for values in points.get_data())
+    assert np.abs(excess - np.interp(k, at, np.nan_to_num(heights))).mean() < 0.3
+    assert all(float(tick).is_integer() for tick in ax.get_yticks())
+    assert [text.get_text().split()[0] for text in ax.texts] == ["+1", "+1"]

@@ -1,0 +1,46 @@
+"""How often the statements of `assess` are right, in windows cut from exact levels."""
+
+import numpy as np
+import pytest
+from calibration import Tally, exact, matched, measure, windows
+
+from orbitdb import Catalogue
+
+# what must hold: first numbers, levels found and false ones; statements with P above .99, and from .9 on
+FIRST, FOUND, FALSE, SURE, LIKELY = 0.95, 0.94, 0.02, 0.98, 0.90
+
+
+@pytest.fixture(scope="module")
+def catalogue(tmp_path_factory):
+    made = Catalogue.create(tmp_path_factory.mktemp("calibration") / "orbits.db", 1.6)
+    made.fill("2-10")
+    return made
+
+
+def test_a_few_windows_are_judged_rightly(catalogue, exact_once):
+    tally = measure(catalogue, windows(np.random.default_rng(7), 1.6, "oo", exact_once, 8))
+    assert tally.first >= 7
+    assert tally.found >= FOUND * tally.missing
+    assert tally.false <= 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("spurious", [False, True])
+def test_statements_about_windows_of_one_parity_are_as_often_right_as_they_say(catalogue, spurious):
+    tally, rng = Tally(), np.random.default_rng(1992)
+    for parity in ("oo", "ee", "eo"):
+        k = exact(1.6, parity, 40.0)
+        for window in windows(rng, 1.6, parity, k, 60, spurious):
+            tally.add(window, catalogue.assess(window.k, parity=parity, window=True))
+    first, found, false = tally.shares()
+    assert first >= FIRST
+    assert found >= FOUND
+    assert false < FALSE
+    for name, right in tally.claims.items():
+        assert np.mean(right) >= (SURE if ">" in name else LIKELY)
+
+
+def test_missing_levels_are_paired_once():
+    assert matched(np.array([1.0, 2.0]), np.array([1.4])) == 1
+    assert matched(np.array([1.0, 2.0]), np.array([0.0, 3.0])) == 2
+    assert matched(np.array([1.0]), np.array([2.6])) == 0
