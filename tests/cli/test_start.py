@@ -20,7 +20,7 @@ ROOMS = [
 LIGHTEST_FIRST = {
     "--help": "orbitdb.cli.commands.bench",
     "columns": "",
-    "query 1232131 -c code,length": "numpy",
+    "query 1232131 -c code,length": "asyncio numpy sqlalchemy",
     "query 1232131": "orbitdb.orbits.births orbitdb.orbits.newton",
     "table": "orbitdb.averages orbitdb.averages.sum_rules orbitdb.entropy_bounds.bounds",
     "query --p 3": "",
