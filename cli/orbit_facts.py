@@ -52,7 +52,7 @@ def facts(
 
 
 def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
-    """Return a text that says at which a a word is an orbit, given its lives (birth, death or None)."""
+    """Describe the values of `a` at which a word is an orbit, given its lives (birth, death or None)."""
     return ", and ".join(
         ("for every a" if not low else f"for a > {low:.12g}") if high is None else
         (f"for a < {high:.12g}" if not low else f"for {low:.12g} < a < {high:.12g}")

@@ -1369,7 +1369,7 @@ class Catalogue:
         criteria: Criteria,
         *arguments: Any,
     ) -> _Answer:
-        """Call a function with a moment of the file, the chosen subset and further arguments."""
+        """Return what a function of a connection and the chosen subset answers, in one snapshot."""
         chosen = self._chosen(selection, criteria)
         with self.snapshot() as connection:
             return function(connection, chosen, *arguments)

@@ -49,7 +49,7 @@ class AlteredError(StoreError):
     Attributes
     ----------
     what : str
-        What the value should be, and the value.
+        What is wrong: the value that should be there, and the one that is.
     """
 
     def __init__(self, what: str) -> None:

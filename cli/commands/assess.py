@@ -33,7 +33,7 @@ def assess(
         bool, typer.Option("--fit-radius", help="Fit the radius, which must be known to half a per cent.")
     ] = False,
     window: Annotated[
-        bool, typer.Option("--window", help="The list may begin with any level; say with which.")
+        bool, typer.Option("--window", help="The list may begin with any level; tell which one it is.")
     ] = False,
     noise: Annotated[float, options.number_option(help="Scatter of the levels, in mean spacings.")] = 0.0,
     numbers: Annotated[

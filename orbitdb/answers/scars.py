@@ -23,7 +23,7 @@ from orbitdb.store.selection import Selection
 from orbitdb.text import format_float, shortened
 
 SHORTEST = 20
-"""Number of classes, those with the shortest orbits, to try beside the bouncing balls if no word is given."""
+"""Number of words to try by default: the representatives of the shortest orbits, besides bouncing balls."""
 STRONGEST = 5
 """Number of orbits to report for each level."""
 NEIGHBOURS = 15

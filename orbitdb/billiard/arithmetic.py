@@ -1,4 +1,4 @@
-"""The arithmetic that decides the bits of a result, and all that the error bounds assume of it.
+"""The arithmetic on which the last bits of results depend, and what the error bounds assume about it.
 
 Error bounds in double precision assume IEEE 754: sums, products, quotients and square roots are correctly
 rounded. They assume that NumPy sums contiguous rows pairwise (`orbitdb.billiard.legs.summation_rounding`),

@@ -30,7 +30,7 @@ _RATES = {
     "relaxation": (1.3e-5, 2.1e-3, 3.2e-6, 0.0),
     SWEEP: (0.0, 8.0e-7, 0.0, 0.0),
 }
-"""Seconds per word for enumerating, solving and storing, on one core of a recent server, and at least in all.
+"""Seconds per word for enumerating, solving and storing on one core of a recent server; then the least total.
 
 Measured at p = 15 for Newton's method, at p = 14 for sweeps, which only solve, and at p = 9 for the
 relaxation, which slows down with p.

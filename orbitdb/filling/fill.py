@@ -46,7 +46,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Method:
-    """A solver ``(words, stadium)`` for words of one period, shape (N, p); how many take half a second."""
+    """A solver ``(words, stadium)`` for words of one period, shape (N, p).
+
+    `words` is the number of words that it solves in about half a second, the size of a block.
+    """
 
     solve: Callable[..., Orbits]
     words: int

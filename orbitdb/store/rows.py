@@ -346,7 +346,7 @@ def _area_slopes(a: float, shared: dict[str, Any]) -> list[float | None]:
 
 
 class _Block:
-    """The words of one block, given by the places of their classes and in these, and columns of classes."""
+    """N words of a block: the columns of their classes, and for each word its class and its place there."""
 
     def __init__(self, shared: dict[str, Any], owners: Indices, places: NDArray[np.uint8]) -> None:
         self.shared, self.owners, self.rows = shared, owners, owners.tolist()

@@ -178,6 +178,9 @@ def check(where: str, parameters: Parameters) -> Reads:
         _run(stage, f"SELECT 1 FROM catalogue WHERE {where}", asked, patience)  # refuses a bracket too many
         reads = _run(stage, f"SELECT 1 FROM catalogue WHERE (\n{where}\n)", asked, patience)
         _check_names(asked)
+        (kind,) = stage.execute(f"SELECT typeof((\n{where}\n)) FROM catalogue", asked).fetchone()
+        if kind == "text":  # SQLite would take its beginning for a number
+            raise ValueError("it is a text, not a condition: compare it, as in code = code('31')")
     return reads
 
 

@@ -263,4 +263,4 @@ def verified(
         return Verification(tuple(report(going, tell)))
 
 
-_REPLACED = "checked it: give the same command again to check the file you mean"
+_REPLACED = "checked it: run the command again to check the file that is there now"
