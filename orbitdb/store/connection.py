@@ -4,7 +4,7 @@ SQLite keeps the latest changes in a journal, ``orbits.db-wal``, until it moves 
 the journal by name alone. If a killed process leaves a journal behind, and another file is then copied over
 the catalogue, SQLite would apply the journal to that file. To notice this, every transaction of
 `orbitdb.store.writing.Writer` increases a counter in the row of its run. A journal belongs to a file if it
-contains the file's last run, with at least the same number of commits.
+contains the file's last run, with at least the same number of commits, and every commit since then.
 """
 
 import os
@@ -279,26 +279,54 @@ def _journal_size(path: Path) -> int:
 
 
 def _continues(path: Path) -> bool:
-    """Tell whether a journal continues its file, that is, contains the last run recorded in the file.
+    """Tell whether a journal continues its file: it has the file's last run, and all transactions since then.
 
-    Neither connection can write, because the last one to close would move the journal into the file.
+    An older copy of the file has this run, too, but lacks transactions that were moved into the file before
+    the journal began. Others may write meanwhile, so the file is read once before the journal and once after
+    it. No connection can write, because the last one to close would move the journal into the file.
     """
-    with (
-        closing(open_sqlite(uri_of(path) + "&immutable=1")) as alone,
-        closing(open_sqlite(uri_of(path))) as whole,
-    ):
-        try:
-            query = "SELECT id, started, commits FROM run ORDER BY id DESC LIMIT 1"
-            last = alone.execute(query).fetchone()
-        except (sqlite3.Error, UnicodeDecodeError):
-            return True  # nothing to compare: damaged, or the first pages are still in the journal
-        same = "SELECT 1 FROM run WHERE id = ? AND started = ? AND commits >= ?"
-        try:
-            return not last or whole.execute(same, last).fetchone() is not None
-        except sqlite3.OperationalError as error:
-            return "no such table" not in str(error)  # locked, or no permission; opening it will say so
-        except (sqlite3.DatabaseError, UnicodeDecodeError):
+    alone = uri_of(path) + "&immutable=1"
+    last = "SELECT id, started, commits FROM run ORDER BY id DESC LIMIT 1"
+    same = "SELECT 1 FROM run WHERE id = ? AND started = ? AND commits >= ?"
+    every = "SELECT coalesce(sum(commits), 0) FROM run"
+    try:
+        known = _row_of(alone, last)
+    except _UNREADABLE:
+        return True  # nothing to compare: damaged, or the first pages are still in the journal
+    try:
+        if known and not _row_of(uri_of(path), same, known):
             return False
+        (written,) = _row_of(uri_of(path), every)
+    except sqlite3.OperationalError as error:
+        return "no such table" not in str(error)  # locked, or no permission; opening it will say so
+    except _UNREADABLE:
+        return False
+    try:
+        in_journal = _transactions_in(journal_files(path)[0])
+        (moved,) = _row_of(alone, every)
+    except (OSError, *_UNREADABLE):
+        return True  # another process is moving the journal
+    return int(written) - int(moved) <= in_journal
+
+
+_UNREADABLE = (sqlite3.Error, UnicodeDecodeError)
+
+
+def _row_of(uri: str, query: str, values: tuple[Any, ...] = ()) -> Any:
+    with closing(open_sqlite(uri)) as driver:
+        return driver.execute(query, values).fetchone()
+
+
+def _transactions_in(journal: Path) -> int:
+    """Return the number of transactions in a journal, whose format is https://sqlite.org/fileformat2.html#walformat."""
+    count = 0
+    with open(journal, "rb") as file:
+        header = file.read(32)
+        page, salt = int.from_bytes(header[8:12], "big"), header[16:24]
+        while (frame := file.read(24))[8:16] == salt and salt:
+            count += any(frame[4:8])  # the last page of a transaction has the size of the file there
+            file.seek(page, os.SEEK_CUR)
+    return count
 
 
 def read_alone(path: Path) -> bool:

@@ -167,7 +167,8 @@ def test_the_journal_of_a_killed_process_is_recovered(filled, tmp_path, cli):
 
 
 @pytest.mark.parametrize(
-    "which", ["another catalogue", "an earlier copy", "a later copy", "a copy from the same run"]
+    "which",
+    ["another catalogue", "an older copy", "an earlier copy", "a later copy", "a copy from the same run"],
 )
 def test_the_journal_of_another_file_is_refused(filled, tmp_path, cli, which):
     other = tmp_path / "other.db"
