@@ -367,17 +367,18 @@ def remedy(path: Path, message: str) -> str:
     journal = journal_files(path)[0]
     away = f"; remove {journal} before you copy" if journal.exists() else ""
     damaged = f"{path} is damaged: restore a copy, or move it away and fill a new one{away}"
+    room = "delete other files (deleting from a catalogue needs room, too)"
     remedies = {
         "locked": f"{path} is in use by another process that writes: try again when it has finished",
         "readonly": f"{path} cannot be written: check its permissions, or name another file",
         "unable to open": f"{path} cannot be opened: check its permissions, and those of its folder",
-        "disk is full": f"no space left for {path}: delete other files (deleting from a catalogue needs "
-        "room, too), then run the same command again to continue",
+        "disk is full": f"no space left for {path}: {room}, then run the same command again to continue",
         "malformed": damaged,
         "decode to UTF-8": damaged,
         "no such table": damaged,
         "no such column": damaged,
         "not a database": f"{path} is not an orbitdb catalogue: name another file",
-        "disk I/O": f"{path} cannot be read or written (disk I/O error): check that the disk has room",
+        "disk I/O": f"{path} cannot be read or written (disk I/O error): check that the disk has room; "
+        f"if not, {room}",
     }
     return next((line for part, line in remedies.items() if part in message), f"{path}: {message}")
