@@ -17,7 +17,8 @@ from orbitdb.answers import export
 from orbitdb.cli.main import run
 plain = os.{step}
 def stopping(*names, **options):
-    if any(str(name).endswith("{ending}") for name in names):
+    if os.{step} is stopping and any(str(name).endswith("{ending}") for name in names):
+        os.{step} = plain
         os.kill(os.getpid(), signal.SIGSTOP)
     return plain(*names, **options)
 os.{step} = stopping
