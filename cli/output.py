@@ -1,5 +1,6 @@
 """Data on stdout in the requested format, and notes and progress on stderr."""
 
+import logging
 import math
 import os
 import re
@@ -63,6 +64,19 @@ def note(message: str) -> None:
     """Write a message as one line to stderr, if possible."""
     with aside(), suppress(OSError):
         print(line(completed(message)), file=sys.stderr)
+
+
+class _Notes(logging.Handler):
+    """Writes what the library logs as notes."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        note(record.getMessage())
+
+
+def show_warnings() -> None:
+    """Show as notes what the library logs, such as that it waits for another process."""
+    logger = logging.getLogger("orbitdb")
+    logger.handlers, logger.propagate = [_Notes(logging.WARNING)], False
 
 
 def progress(

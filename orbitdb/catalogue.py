@@ -626,6 +626,32 @@ class Catalogue:
         with telling(progress, "dataset") as tell, self.snapshot() as moment:
             return write_dataset(moment, Path(folder), self._several(selection, criteria), force, tell)
 
+    def copy(self, target: Path | str, *, force: bool = False) -> None:
+        """Copy the whole catalogue to a new file, as it is at this moment, even while others write to it.
+
+        Parameters
+        ----------
+        target : path-like
+        force : bool, optional
+            Whether to replace an existing file; a catalogue or another SQLite file is never replaced.
+
+        Raises
+        ------
+        ExportError
+            If the file must not be replaced.
+        StoreError
+            If the disk has no room, or the file cannot be written.
+        """
+        from orbitdb.answers.export import check_space, check_target, complete
+        from orbitdb.store.file import copy_into, size_of
+
+        path = home_expanded(target)
+        check_target(path, force)
+        with self.snapshot() as moment:
+            check_space(path, size_of(moment), "the copy takes")
+            with complete(path) as draft:
+                copy_into(moment, draft)
+
     def identify(
         self,
         *,

@@ -7,11 +7,13 @@ the catalogue, SQLite would apply the journal to that file. To notice this, ever
 contains the file's last run, with at least the same number of commits, and every commit since then.
 """
 
+import logging
 import os
 import sqlite3
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -30,10 +32,10 @@ from orbitdb.symbols.words import WordError, least_rotation, parse_primitive
 
 __all__ = ["ClosedError", "Connection"]  # of SQLAlchemy, for all that ask the store
 
-BUSY_TIMEOUT = 5.0
-"""Seconds that SQLite waits for a lock."""
+BUSY_TIMEOUT = 2.0
+"""Seconds that SQLite waits for a lock; a writer that waits for longer says so."""
 
-_TURNS = 12
+_TURNS = 30
 """Number of such waits after which a writer gives up; parallel fills hold the lock most of the time."""
 
 STEPS_BETWEEN_SIGNALS = 1_000_000
@@ -169,7 +171,7 @@ def open_to_write(path: Path, references: bool = True, create: bool = False) -> 
     driver = _open_own(path, uri_of(path, "rwc" if create else "rw"))
     try:
         driver.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # for a new file; others keep their page size
-        waiting(lambda: driver.execute("PRAGMA journal_mode = WAL"))
+        waiting(lambda: driver.execute("PRAGMA journal_mode = WAL"), path)
         driver.execute("PRAGMA synchronous = NORMAL")
         driver.execute("PRAGMA wal_autocheckpoint = 0")
         driver.execute(
@@ -226,13 +228,13 @@ def make_engine(creator: Callable[[], Driver], begin: str, pool: type[Pool], **o
 
     def start(connection: sa.Connection) -> None:
         driver = driver_of(connection)
-        waiting(lambda: driver.execute(begin))
+        waiting(lambda: driver.execute(begin), driver.path)
 
     sa.event.listen(engine, "begin", start)
     return engine
 
 
-def waiting(ask: Callable[[], object]) -> None:
+def waiting(ask: Callable[[], object], path: Path) -> None:
     """Call `ask` until it gets a lock or the time is up; Ctrl-C works between attempts."""
     deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
     while True:
@@ -242,7 +244,15 @@ def waiting(ask: Callable[[], object]) -> None:
         except sqlite3.OperationalError as error:
             if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
                 raise
+        if time.monotonic() >= deadline - (_TURNS - 1) * BUSY_TIMEOUT:
+            _say_waiting(path)
         time.sleep(0.01)  # because SQLite itself does not wait before it changes the journal mode
+
+
+@cache
+def _say_waiting(path: Path) -> None:
+    """Log, once for each file, that another process keeps this one waiting."""
+    logging.getLogger("orbitdb").warning("waiting for another process that writes to %s", path)
 
 
 JOURNAL_LIMIT = 16 << 20

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import pytest
 from contents import ask, content, is_sound
 from processes import run, run_several, small_blocks, start, wait_until_ready
+from quick import slow_but
 from sqlalchemy.pool import StaticPool
 
 from orbitdb.catalogue import Catalogue
@@ -45,7 +46,7 @@ def all_end_well(*processes) -> None:
     for process in processes:
         _, err = process.communicate(timeout=200)
         assert process.returncode == 0, err
-        assert len(err.splitlines()) == 1
+        assert len([line for line in err.splitlines() if not line.startswith("waiting for")]) == 1
 
 
 _WRITE = """
@@ -122,6 +123,20 @@ def test_a_fill_waits_for_a_lock(filled):
         giving_back.join()
 
 
+@pytest.mark.parametrize("command", slow_but(["fill --p 8"], ["fill --p 8", "sweep --p 9", "delete --yes"]))
+def test_a_blocked_writer_says_once_that_it_waits(filled, command):
+    """It says so while it waits: the other process only ends after it has read this."""
+    with closing(sqlite3.connect(filled, isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        process = start(*command.split(), "--a", "1.6", "--db", filled, command=IMPATIENT)
+        assert process.stderr.readline() == f"waiting for another process that writes to {filled}\n"
+        time.sleep(0.3)  # several further turns
+        other.execute("ROLLBACK")
+    _, err = process.communicate(timeout=200)
+    assert process.returncode == 0, err
+    assert "waiting" not in err
+
+
 @pytest.mark.slow
 def test_a_lock_held_too_long_is_reported(filled):
     before = content(filled)
@@ -131,7 +146,8 @@ def test_a_lock_held_too_long_is_reported(filled):
         other.execute("ROLLBACK")
     assert done.returncode == 3
     assert done.stderr.splitlines() == [
-        f"orbitdb: {filled} is in use by another process that writes: try again when it has finished"
+        f"waiting for another process that writes to {filled}",
+        f"orbitdb: {filled} is in use by another process that writes: try again when it has finished",
     ]
     assert content(filled) == before
 
