@@ -26,7 +26,7 @@ from orbitdb.store.lookup import (
     meant,
     with_existence,
 )
-from orbitdb.store.paths import default_path, home_expanded
+from orbitdb.store.paths import default_path, home_expanded, network_disk
 from orbitdb.store.selection import (
     Criteria,
     Selection,
@@ -140,6 +140,16 @@ class Catalogue:
     def missing(self) -> bool:
         """Whether there is no file yet (`missing_ok`)."""
         return not self._file.there()
+
+    @property
+    def warning(self) -> str | None:
+        """A line that says why the file should be filled elsewhere: it is on a network disk; else None."""
+        if (kind := network_disk(self.path)) is None:
+            return None
+        return (
+            f"{self.path} is on a network disk ({kind}), where SQLite's journal works on one machine at a time: "
+            "use it from one machine only, or fill on a local disk and copy the file afterwards"
+        )
 
     @property
     def a(self) -> float:

@@ -105,6 +105,10 @@ def exact(a: float) -> str:
     return f"{a:g}" if float(f"{a:g}") == a else repr(a)
 
 
+_UPWARDS = Context(prec=2, rounding=ROUND_UP)
+"""Two digits, rounded up, whatever context this program's caller has set."""
+
+
 def between(lower: float, name: str, upper: float) -> str:
     """Format a name between the proved bounds on its value, rounded outward."""
     return f"{outward(lower, ROUND_FLOOR)} < {name} < {outward(upper, ROUND_CEILING)}"
@@ -113,12 +117,12 @@ def between(lower: float, name: str, upper: float) -> str:
 def outward(value: float, rounding: str, places: int = 8) -> str:
     """Format a proved bound with some decimals, rounded in the given direction."""
     own = Context(prec=400)  # whatever precision this program's caller has set
-    return f"{Decimal(value).quantize(Decimal((0, (1,), -places)), rounding, own):f}"
+    return f"{Decimal.from_float(value).quantize(Decimal((0, (1,), -places)), rounding, own):f}"
 
 
 def upwards(bound: float, more: float = 0.0) -> str:
     """Format the sum of a bound and `more` with two digits, rounded up so that it remains a bound."""
-    total = Context(prec=2, rounding=ROUND_UP).add(Decimal(bound), Decimal(more))
+    total = _UPWARDS.add(Decimal.from_float(bound), Decimal.from_float(more))
     return f"{float(total):.1e}"
 
 
@@ -141,9 +145,9 @@ def concise(value: float | None, error: float | None) -> str | None:
     """Format a value with two digits of its error, rounded up, in brackets; 0.88677(22) means +- 0.00022."""
     if value is None or error is None or not 0 < error < math.inf:
         return None if value is None else f"{value:z.6f}"
-    digits = Context(prec=2, rounding=ROUND_UP).plus(Decimal(error))
+    digits = _UPWARDS.plus(Decimal.from_float(error))
     decimals = max(0, -int(digits.as_tuple().exponent))
-    return f"{value:z.{decimals}f}({round(digits.scaleb(decimals))})"
+    return f"{value:z.{decimals}f}({round(digits.scaleb(decimals, _UPWARDS))})"
 
 
 def gigabytes(count: float) -> str:

@@ -4,6 +4,7 @@ This module does not import NumPy or SQLAlchemy, so that commands without a cata
 """
 
 import os
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -112,3 +113,35 @@ def remove_journal_of(path: Path, opened: FileId | None, journal: dict[Path, Fil
         for part, was in journal.items():
             if was is not None and was.is_same(file_id(part)):
                 part.unlink(missing_ok=True)
+
+
+NETWORK_DISKS = frozenset(
+    """9p afs afpfs beegfs ceph cifs coda davfs fhgfs fuse.beegfs fuse.ceph fuse.cvmfs2 fuse.glusterfs fuse.juicefs
+    fuse.rclone fuse.s3fs fuse.sshfs glusterfs gfs2 gpfs lustre mmfs ncpfs nfs nfs4 ocfs2 orangefs panfs pvfs2 smb3
+    smbfs virtiofs wekafs""".split()
+)
+"""Types of file systems that several machines can use, on which SQLite's journal works on one machine only."""
+
+
+def disk_type(path: Path, mounts: str) -> str | None:
+    """Return the type of the file system of an absolute path, given the text of ``/proc/mounts``.
+
+    It is that of the longest mount point that contains the path; of several there, that of the last one.
+    """
+    found: tuple[int, str | None] = (-1, None)
+    for line in mounts.splitlines():
+        _, place, kind, *_ = [*line.split(" "), "", "", ""]
+        point = Path(re.sub(r"\\([0-7]{3})", lambda match: chr(int(match[1], 8)), place))
+        if place and path.is_relative_to(point):
+            found = max(found, (len(point.parts), kind), key=lambda each: (each[0], each is not found))
+    return found[1]
+
+
+def network_disk(path: Path) -> str | None:
+    """Return the type of the file system of a path if it is a network disk, or None."""
+    try:
+        mounts = Path("/proc/mounts").read_text(encoding="utf-8", errors="surrogateescape")
+    except OSError:  # not on Linux
+        return None
+    kind = disk_type(Path(os.path.realpath(path)), mounts)
+    return kind if kind in NETWORK_DISKS else None
