@@ -147,8 +147,8 @@ class Catalogue:
         if (kind := network_disk(self.path)) is None:
             return None
         return (
-            f"{self.path} is on a network disk ({kind}), where SQLite's journal works on one machine at a time: "
-            "use it from one machine only, or fill on a local disk and copy the file afterwards"
+            f"{self.path} is on a network disk ({kind}), where SQLite's journal works on one machine at a "
+            "time: use it from one machine only, or fill on a local disk and copy the file afterwards"
         )
 
     @property

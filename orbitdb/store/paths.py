@@ -115,12 +115,12 @@ def remove_journal_of(path: Path, opened: FileId | None, journal: dict[Path, Fil
                 part.unlink(missing_ok=True)
 
 
-NETWORK_DISKS = frozenset(
-    """9p afs afpfs beegfs ceph cifs coda davfs fhgfs fuse.beegfs fuse.ceph fuse.cvmfs2 fuse.glusterfs fuse.juicefs
-    fuse.rclone fuse.s3fs fuse.sshfs glusterfs gfs2 gpfs lustre mmfs ncpfs nfs nfs4 ocfs2 orangefs panfs pvfs2 smb3
-    smbfs virtiofs wekafs""".split()
-)
-"""Types of file systems that several machines can use, on which SQLite's journal works on one machine only."""
+NETWORK_DISKS = {
+    *("9p", "afs", "beegfs", "ceph", "cifs", "coda", "fhgfs", "gfs2", "glusterfs", "gpfs", "lustre", "ncpfs"),
+    *("nfs", "nfs4", "ocfs2", "orangefs", "panfs", "pvfs2", "smb3", "smbfs", "virtiofs", "wekafs"),
+    *("fuse.beegfs", "fuse.ceph", "fuse.glusterfs", "fuse.juicefs", "fuse.rclone", "fuse.s3fs", "fuse.sshfs"),
+}
+"""Types of file systems that several machines can use; SQLite's journal works on only one of them."""
 
 
 def disk_type(path: Path, mounts: str) -> str | None:
@@ -128,13 +128,15 @@ def disk_type(path: Path, mounts: str) -> str | None:
 
     It is that of the longest mount point that contains the path; of several there, that of the last one.
     """
-    found: tuple[int, str | None] = (-1, None)
+    kinds: dict[Path, str] = {}
     for line in mounts.splitlines():
-        _, place, kind, *_ = [*line.split(" "), "", "", ""]
-        point = Path(re.sub(r"\\([0-7]{3})", lambda match: chr(int(match[1], 8)), place))
-        if place and path.is_relative_to(point):
-            found = max(found, (len(point.parts), kind), key=lambda each: (each[0], each is not found))
-    return found[1]
+        _, place, kind, *_ = line.split(" ")
+        kinds[Path(_OCTAL.sub(lambda match: chr(int(match[1], 8)), place))] = kind
+    return next((kinds[point] for point in (path, *path.parents) if point in kinds), None)
+
+
+_OCTAL = re.compile(r"\\([0-7]{3})")
+"""How the system writes blanks in the names of folders."""
 
 
 def network_disk(path: Path) -> str | None:

@@ -50,6 +50,7 @@ AS_NOBODY = [
 ]
 
 
+@pytest.mark.slow
 def test_no_home_folder_is_no_traceback(filled):
     """As in a container that runs with a user id of its own."""
     if os.getuid() or not shutil.which("setpriv"):
