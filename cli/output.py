@@ -21,7 +21,7 @@ from orbitdb.answers.export import TEXT_WRITERS
 from orbitdb.cli.advice import completed
 from orbitdb.errors import InputError
 from orbitdb.progress import Tell, aside, nobody, shown
-from orbitdb.text import as_sure, exact, line, outward, printable, upwards
+from orbitdb.text import as_sure, exact, joined, line, outward, printable, upwards
 
 
 class Format(StrEnum):
@@ -64,6 +64,12 @@ def note(message: str) -> None:
     """Write a message as one line to stderr, if possible."""
     with aside(), suppress(OSError):
         print(line(completed(message)), file=sys.stderr)
+
+
+def notes(messages: Iterable[str]) -> None:
+    """Write messages as notes; those that say the same of many values of a become one."""
+    for message in joined(messages):
+        note(message)
 
 
 class _Notes(logging.Handler):

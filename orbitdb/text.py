@@ -7,7 +7,8 @@ Closed forms are recognised numerically, without proof.
 
 import math
 import re
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_UP, Context, Decimal
 from fractions import Fraction
 
@@ -43,6 +44,22 @@ def shortened(text: str, most: int = 40) -> str:
 def several(count: int, one: str, many: str | None = None) -> str:
     """Return a count with its noun, such as ``1 orbit`` or ``2 orbits``."""
     return f"{count} {one if count == 1 else many or one + 's'}"
+
+
+_FEW = 3
+_HALF_LENGTH = re.compile(r"(?<=\ba = )[^ ,;:()']+|(?<=--a )[^ ']+")
+
+
+def joined(lines: Iterable[str]) -> Iterator[str]:
+    """Yield lines in order; of many that differ only in a half length, only the first, with their number."""
+    every = [(text, _HALF_LENGTH.sub("a", text)) for text in lines]
+    counts, last = Counter(pattern for _, pattern in every), {pattern: text for text, pattern in every}
+    for text, pattern in every:
+        if counts[pattern] <= _FEW or text == pattern:
+            yield text
+        elif pattern in last:
+            end = next(iter(_HALF_LENGTH.findall(last.pop(pattern))))
+            yield f"{text}; likewise at {counts[pattern] - 1} other values of a, the last {end}"
 
 
 def cell(value: object) -> object:

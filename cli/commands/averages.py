@@ -8,7 +8,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import Choice, many_a
-from orbitdb.cli.output import Output, note, progress, write_facts
+from orbitdb.cli.output import Output, note, notes, progress, write_facts
 from orbitdb.cli.reading import bring, reading
 from orbitdb.text import concise, exact, with_error
 
@@ -124,10 +124,12 @@ def _rows_of(
     Notes say what is missing and, for a table, what else is known. If `many`, the first column is a, and a
     cell is empty if the result for its a does not have the column.
     """
-    for result in results:
-        for text in (*result.notes, *(result.facts if output.table else ())):
-            at = f"a = {exact(result.selection.a)}"
-            note(f"{at}: {text}" if many and at not in text else text)
+    said = [
+        (text, f"a = {exact(result.selection.a)}")
+        for result in results
+        for text in (*result.notes, *(result.facts if output.table else ()))
+    ]
+    notes(f"{at}: {text}" if many and at not in text else text for text, at in said)
     if not any(map(len, results)):
         raise typer.Exit(1)
     columns = dict.fromkeys(name for result in results if len(result) for name in result.columns)

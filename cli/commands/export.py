@@ -12,7 +12,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import Choice, HalfLengths, many_a
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_by_bounce
-from orbitdb.cli.output import note, progress
+from orbitdb.cli.output import note, notes, progress
 from orbitdb.cli.reading import asked_columns, reading
 from orbitdb.columns import WRITTEN, Row
 from orbitdb.errors import InputError
@@ -106,9 +106,8 @@ def export(
     with reading(db, a, choice) as (catalogue, stadiums):
         listing = catalogue.rows(stadiums, columns=(*names, *last), order=order, limit=limit, classes=classes)
         with progress("sorting"):
-            notes, absent = listing.notes, listing.absent
-        for text in notes:
-            note(f"{text}: nothing is written" if text in absent else text)
+            said, absent = listing.notes, listing.absent
+        notes(f"{text}: nothing is written" if text in absent else text for text in said)
         rows = bounce_by_bounce(iter(listing)) if bounces else iter(listing)
         names += BOUNCE_COLUMNS if bounces else last
         first = next(rows, None)
@@ -141,8 +140,7 @@ def _write_dataset(
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
     with reading(db, a or [HalfLengths()], choice) as (catalogue, stadiums), progress("dataset") as shown:
         dataset = catalogue.write_dataset(folder, stadiums, force=force, progress=shown)
-    for text in dataset.notes:
-        note(f"{text}: nothing is written" if text in dataset.absent else text)
+    notes(f"{text}: nothing is written" if text in dataset.absent else text for text in dataset.notes)
     if not dataset.words:
         raise typer.Exit(1)
     note(f"{dataset.description}, in {folder}")

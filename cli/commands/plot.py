@@ -12,7 +12,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
 from orbitdb.cli.options import Asked, Choice, many_a, named
-from orbitdb.cli.output import code_text, note, progress
+from orbitdb.cli.output import code_text, note, notes, progress
 from orbitdb.cli.reading import given_codes, primitive, reading, solving
 from orbitdb.errors import InputError
 from orbitdb.extras import load
@@ -147,8 +147,7 @@ def plot(
         for line in error.lines:
             note(line)
         raise typer.Exit(1) from None
-    for line in made.notes:
-        note(line)
+    notes(made.notes)
     if title is not None:
         style.entitle(made, title)
     label = str(made.get_label())

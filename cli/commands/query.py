@@ -12,7 +12,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import Choice, HalfLengths, many_a
-from orbitdb.cli.output import Format, Output, beside, code_text, note, write_facts
+from orbitdb.cli.output import Format, Output, beside, code_text, note, notes, write_facts
 from orbitdb.cli.reading import asked_columns, given_codes, primitive, reading, solving
 from orbitdb.columns import GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
@@ -87,8 +87,7 @@ def query(
         listing = catalogue.rows(
             stadiums, columns=names, order=order, limit=limit, offset=offset, classes=classes
         )
-        for text in listing.notes:
-            note(text)
+        notes(listing.notes)
         total = listing.total
         on_screen = output.table and limit is None
         count = output.write(names, listing.head(options.ON_SCREEN) if on_screen else listing)
