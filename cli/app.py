@@ -39,6 +39,7 @@ PANELS = {
         "spectrum": "Compare the length spectra of quantum levels and orbits",
         "assess": "Find levels missing from a list, or show level statistics",
         "scars": "Measure how strongly orbits scar quantum levels",
+        "field": "Follow orbits into a magnetic field, where paths are arcs",
     },
     "Files and figures": {
         "export": "Write rows to a file for other tools",
@@ -64,7 +65,7 @@ _MODULES |= dict.fromkeys(("delete", "migrate"), "info")
 _OPTIONS = {
     "Catalogue": ("a", "db"),
     "Choose": (
-        "p", "status", "reversal", "symmetry", "contains", "exists", "not_at", "bounds", "where",
+        "p", "status", "reversal", "symmetry", "contains", "without", "exists", "not_at", "bounds", "where",
         "parameters",
     ),
     "Output": (

@@ -129,6 +129,28 @@ def half_lengths(text: str) -> HalfLengths:
     return HalfLengths(values)
 
 
+class Curvatures(tuple[float, ...]):
+    """What one --kappa stands for: a single curvature, or the values of a grid."""
+
+    __slots__ = ()
+
+
+def curvatures(text: str) -> Curvatures:
+    """Parse curvatures such as ``0.05`` or the evenly spaced grid ``0:0.3:31``."""
+    parts = text.split(":")
+    if len(parts) == 1:
+        return Curvatures([real(text)])
+    if len(parts) != 3:
+        raise ValueError(f"{text!r:.40}: give one value, or a grid FROM:TO:COUNT such as 0:0.3:31")
+    low, high, count = real(parts[0]), real(parts[1]), whole(parts[2])
+    if not (low < high < math.inf and 2 <= count <= _MOST_VALUES):
+        raise ValueError(
+            f"{text:.40}: a grid has 2 to {_MOST_VALUES} values, from a smaller kappa to a larger one"
+        )
+    steps = (low + (high - low) * i / (count - 1) for i in range(1, count - 1))
+    return Curvatures([low, *(float(f"{kappa:.{_DIGITS}g}") for kappa in steps), high])
+
+
 Asked: TypeAlias = Sequence[HalfLengths] | float | None
 """The values of all --a, or of one; None if it is not given."""
 
@@ -219,6 +241,16 @@ StoredHalfLengths = Annotated[
         autocompletion=offered_several_half_lengths,
     ),
 ]
+Kappa = Annotated[
+    list[Curvatures] | None,
+    typer.Option(
+        "--kappa",
+        metavar="NUMBER",
+        parser=_reader(curvatures),
+        help="Curvature of the path in a magnetic field, in 1/radius, positive if it turns left; "
+        "repeatable; also a grid FROM:TO:COUNT.",
+    ),
+]
 Parameters = Annotated[
     list[str] | None,
     typer.Option("-P", metavar="NAME=VALUE", help="The value of :name in the SQL; repeatable."),
@@ -247,7 +279,11 @@ Codes = Annotated[list[str] | None, typer.Option("--code", help="Same as WORD; r
 """`orbitdb.cli.reading.given_codes` reads these together with `Words`."""
 
 Limit = Annotated[
-    int | None, count_option(least=0, help="Maximum number of rows [default: 40 in a table, otherwise all].")
+    int | None,
+    count_option(
+        least=0,
+        help="Maximum number of rows, at each a if you ask for several [default: 40 in a table, else all].",
+    ),
 ]
 ON_SCREEN = 40
 """Default limit for a table."""
@@ -319,6 +355,13 @@ class Choice:
         str | None,
         typer.Option(metavar="SYMBOLS", help="Words that contain this sequence of symbols, in any rotation."),
     ] = None
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="SYMBOLS",
+            help="Words that do not contain this sequence of symbols, in any rotation; repeatable.",
+        ),
+    ] = None
     exists: Annotated[
         list[float] | None,
         number_option(
@@ -338,14 +381,16 @@ class Choice:
         typer.Option(
             "--range",
             metavar="NAME=LOW:HIGH",
-            help="Range of length, lyapunov, lambda_d, lambda_c, margin, born or dies; repeatable.",
+            help="Range of length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born or dies, or "
+            "number of walls, such as walls=0; repeatable.",
         ),
     ] = None
     where: Annotated[
         str | None,
         typer.Option(
             metavar="SQL",
-            help="Rows for which this SQL expression holds; code = code('310') finds a word in any rotation.",
+            help="Rows for which this SQL expression holds; code = code('310') finds a word in any rotation, "
+            "contains(code, '0202') the words that contain 0202 in any rotation.",
         ),
     ] = None
     parameters: Parameters = None
@@ -365,6 +410,7 @@ class Choice:
             time_reversal=self.reversal,
             exists=self.exists or (),
             not_at=self.not_at or (),
+            without=self.without or (),
             parameters=parameters,
         )
         return replace(chosen, ranges=parse_bounds(self.bounds or ()))

@@ -18,6 +18,7 @@ def facts(
     orbit: "Orbit", born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
 ) -> list[tuple[str, str]]:
     """Return the facts about a word, and the words born with it, as pairs of a name and a text."""
+    from orbitdb.orbits.status import EXISTING
     from orbitdb.symbols.pruning import RULES
     from orbitdb.symbols.words import run_notation
     from orbitdb.text import closed_form, exact
@@ -37,7 +38,9 @@ def facts(
             facts.append((name, number(name, value) if bound is None else with_bound(value, bound, sign)))
     if orbit.class_size is not None:
         words, least = several(orbit.class_size, "word"), code_text(orbit.representative)
-        reversal = "retraces its path" if orbit.time_reversal == "self" else "its reverse is another orbit"
+        another = "orbit" if orbit.status in EXISTING else "word"
+        retraces = orbit.time_reversal == "self"
+        reversal = "retraces its path" if retraces else f"its reverse is another {another}"
         symmetry = "no symmetry" if orbit.symmetry == "1" else f"symmetry {orbit.symmetry}"
         facts += [("time_reversal", reversal), ("class", f"{words}, least {least}, {symmetry}")]
     return [*facts, ("stored", "yes" if orbit.stored else "no: solved on the spot")]

@@ -114,7 +114,7 @@ def number(name: str, value: Any) -> str:
         if name == "K_0":
             return f"{math.floor(value * 1000) / 1000:.3f}"  # truncated, not rounded, as in the paper
         decimals = _DECIMALS.get(name, 6)
-        return exact(value) if name == "a" else f"{value:z.{decimals}f}"
+        return exact(value) if name in ("a", "kappa") else f"{value:z.{decimals}f}"
     if isinstance(value, list | tuple):
         return " ".join(number(name, item) for item in value)
     return printable(str(value))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli.options import Asked, Choice, HalfLengths, many_a, named
 from orbitdb.cli.output import note, progress, repeats
-from orbitdb.columns import IN_CATALOGUE
+from orbitdb.columns import COMPUTED, IN_CATALOGUE
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path
 from orbitdb.text import exact
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from orbitdb.store.file import Migration
     from orbitdb.store.selection import Selection
 
-OF_CATALOGUE = tuple(column.name for column in IN_CATALOGUE)
+OF_CATALOGUE = tuple(column.name for column in (*IN_CATALOGUE, *COMPUTED))
 
 _AROUND = " \t\r\n\ufeff"
 """Characters allowed around a code, including the byte order mark of files from Windows."""

@@ -192,6 +192,7 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "spacings.svg": Figure("orbitdb plot spacings -o", (LEVELS,)),
     "rigidity.svg": Figure("orbitdb plot rigidity -o", (LEVELS,)),
     "wave.svg": Figure("orbitdb plot wave 13 --k 20.17 --parity ee -o"),
+    "field.svg": Figure("orbitdb plot field 1232131 -o"),
     "husimi.svg": Figure("orbitdb plot husimi 13 --k 20.17 --parity ee -o"),
     "entropy-over-a.svg": Figure(
         "orbitdb plot entropy --over-a --db curve.db -o",

@@ -154,10 +154,11 @@ def checks() -> str:
 
 
 _SUBJECTS = {
-    "The catalogue": ("catalogue", "store", "verification", "answers.completeness"),
+    "The catalogue": ("catalogue", "store", "filling", "verification", "answers.completeness"),
     "Orbits": ("billiard", "orbits"),
     "Averages and entropy": ("averages", "entropy", "trajectories.ensemble"),
     "Levels": ("quantum", "answers.scars"),
+    "In a magnetic field": ("magnetic", "answers.field"),
     "Trajectories and the symbol plane": ("trajectories", "symbols", "answers.identification"),
     "Results": ("answers", "extras"),
     "Errors": ("errors",),

@@ -6,8 +6,8 @@ The catalogue
     class), a `Result` (a table by period), `Births` (a list of `Life`), `EntropyBounds`, a `Reference`,
     `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, a `SqlResult`, `Info`, `Contents`, a
     `Dataset`, `Counted`, `Need` (an estimate), a `Migration`, or `Rows` (a list) of `Fill`, `Sweep`,
-    `BirthFill` or `Scar`. A `Trajectory` has the orbits that it shadows as `Followed`, and `Candidates` are
-    a list of `Candidate`, orbits with a given length.
+    `BirthFill` or `Scar`. `FieldOrbits` are words in a magnetic field. A `Trajectory` has the orbits that
+    it shadows as `Followed`, and `Candidates` are a list of `Candidate`, orbits with a given length.
 Orbits
     `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
     a in which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
@@ -36,6 +36,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # isort: off
+    from orbitdb.averages.simulation import simulate as simulate
     from orbitdb.billiard.stadium import Stadium as Stadium
     from orbitdb.catalogue import Catalogue as Catalogue
     from orbitdb.answers.identification import (
@@ -51,6 +52,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.filling.estimate import Need as Need
     from orbitdb.store.file import Migration as Migration
     from orbitdb.answers.listing import Listing as Listing
+    from orbitdb.answers.field import FieldOrbits as FieldOrbits
     from orbitdb.answers.results import Births as Births, Result as Result
     from orbitdb.answers.scars import Scar as Scar
     from orbitdb.answers.subset import Subset as Subset
@@ -70,7 +72,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.store.fills import Fill as Fill, Sweep as Sweep
     from orbitdb.store.lives import BirthFill as BirthFill, Life as Life
     from orbitdb.symbols.plane import symbol_plane as symbol_plane
-    from orbitdb.trajectories.ensemble import Reference as Reference, simulate as simulate
+    from orbitdb.trajectories.ensemble import Reference as Reference
     from orbitdb.trajectories.pruning_front import Front as Front, PruningFront as PruningFront
     from orbitdb.trajectories.trajectory import Bounces as Bounces, trajectory as trajectory
     from orbitdb.verification.verify import Verification as Verification
@@ -82,6 +84,7 @@ if find_spec("orbitdb.cli") is None:  # in the source folder, two packages lie b
     __path__.append(str(Path(__file__).parent.parent))
 
 _HOMES = {
+    "averages.simulation": ("simulate",),
     "billiard.stadium": ("Stadium",),
     "catalogue": ("Catalogue",),
     "answers.identification": ("Candidate", "Candidates", "Followed", "Trajectory"),
@@ -92,6 +95,7 @@ _HOMES = {
     "filling.estimate": ("Need",),
     "store.file": ("Migration",),
     "answers.listing": ("Listing",),
+    "answers.field": ("FieldOrbits",),
     "answers.results": ("Births", "Result"),
     "answers.scars": ("Scar",),
     "answers.subset": ("Subset",),
@@ -111,7 +115,7 @@ _HOMES = {
     "store.fills": ("Fill", "Sweep"),
     "store.lives": ("BirthFill", "Life"),
     "symbols.plane": ("symbol_plane",),
-    "trajectories.ensemble": ("Reference", "simulate"),
+    "trajectories.ensemble": ("Reference",),
     "trajectories.pruning_front": ("Front", "PruningFront"),
     "trajectories.trajectory": ("Bounces", "trajectory"),
     "verification.verify": ("Verification",),

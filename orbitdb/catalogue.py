@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
     from orbitdb.answers.completeness import Counted
     from orbitdb.answers.dataset import Dataset
+    from orbitdb.answers.field import FieldOrbits
     from orbitdb.answers.identification import Candidates, Trajectory
     from orbitdb.answers.info import Info
     from orbitdb.answers.listing import Listing
@@ -100,7 +101,7 @@ class Catalogue:
     <Catalogue orbits.db: periods 2-11 at a = 1.6>
     >>> round(catalogue["1232131"].length, 9), "1232131" in catalogue, len(catalogue)
     (22.454362411, True, 89789)
-    >>> catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35))
+    >>> print(catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35)))
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
     Each question reads the file as it is at that moment; `snapshot` asks several questions at one moment. If
@@ -209,7 +210,8 @@ class Catalogue:
     def engine(self) -> "sqlalchemy.Engine":
         """SQLAlchemy's engine for SQL of your own, such as ``pandas.read_sql(query, catalogue.engine)``.
 
-        Its connections read the tables and views of `orbitdb sql`, and know ``code()``; they cannot write.
+        Its connections read the tables and views of `orbitdb sql`, and know ``code()`` and ``contains()``;
+        they cannot write.
         """
         return self._file.engine
 
@@ -454,7 +456,7 @@ class Catalogue:
             Columns to sort by, separated by commas; ``desc`` after a name, or ``-`` before it, reverses the
             order. Ties are broken by period, representative and element, in ascending order.
         limit, offset : int, optional
-            Maximum number of rows to yield, and number of rows to skip first.
+            Maximum number of rows to yield, and number of rows to skip first, both at each a.
         classes : bool, optional
             Whether to return one row per symmetry class with chosen words, that of its representative.
 
@@ -463,7 +465,7 @@ class Catalogue:
         >>> for code, length in catalogue.rows(p="2-11", order="length", limit=2, columns=("code", "length")):
         ...     print(code, round(length, 6))
         13 10.4
-        013 10.830391
+        013 10.850685
         """
         from orbitdb.answers.listing import Listing
         from orbitdb.store.query import COLUMNS
@@ -497,6 +499,7 @@ class Catalogue:
         selection: Selection | None = None,
         *,
         order: str = "p",
+        limit: int | None = None,
         coordinates: bool = False,
         classes: bool = False,
         **criteria: Unpack[Criteria],
@@ -509,8 +512,10 @@ class Catalogue:
             The subset; you can give the criteria below instead.
         order : str, optional
             Columns to sort by, as in `rows`.
+        limit : int, optional
+            Maximum number of entries; the subset knows how many there are in all (`Subset.total`).
         coordinates : bool, optional
-            Whether to read the coordinates as well.
+            Whether to read the coordinates at once; otherwise they are read when they are needed.
         classes : bool, optional
             Whether to return one entry per symmetry class with chosen words, its representative.
         a : float, optional
@@ -521,10 +526,14 @@ class Catalogue:
             One or more statuses; a text such as ``orbit,boundary`` can name several.
         time_reversal, symmetry, contains, where, parameters : optional
             As in `Selection`.
+        without : str or iterable of str, optional
+            Patterns of symbols that the words must not contain, read cyclically, such as ``"0202"``.
         exists, not_at : float or iterable of float, optional
             Values of ``a`` at which the words must be orbits, and at which they must not be.
-        length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float or None, float or None), optional
+        length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float, float), optional
             Least and greatest value, or None for no limit, as in ``length=(3, None)``.
+        walls : int or (int, int), optional
+            Number of bounces on straight walls, or its least and greatest value.
 
         Raises
         ------
@@ -533,12 +542,13 @@ class Catalogue:
 
         Examples
         --------
-        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).codes
+        >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).code
         array(['13', '013', '031', '132', '123'], dtype=StringDType())
         """
         from orbitdb.answers.subset import read_subset
 
-        return self._answer(read_subset, selection, criteria, order, coordinates, classes)
+        most = None if limit is None else need_whole("limit", limit, 0)
+        return self._answer(read_subset, selection, criteria, order, coordinates, classes, most)
 
     @with_criteria
     def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "OrbitClasses":
@@ -551,11 +561,13 @@ class Catalogue:
         return self._answer(read_classes, selection, criteria)
 
     @with_criteria
-    def table(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+    def table(
+        self, selection: "Selection | Sequence[Selection] | None" = None, **criteria: Unpack[Criteria]
+    ) -> "Result":
         """Return the paper's Table 1: the numbers of words and orbits by period, and the entropy K_0.
 
-        The only parameters are ``a`` and ``p``; `Subset.table` counts the rows of other subsets. If a period
-        is not filled, its counts come from a sweep or from births.
+        The only parameters are ``a``, one or several, and ``p``; `Subset.table` counts the rows of other
+        subsets. If a period is not filled, its counts come from a sweep or from births.
 
         Examples
         --------
@@ -564,13 +576,15 @@ class Catalogue:
         """
         from orbitdb.answers.entropy import table
 
-        return self._answer(table, selection, criteria)
+        return self._result(table, selection, criteria)
 
     @with_criteria
-    def entropy(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Result":
+    def entropy(
+        self, selection: "Selection | Sequence[Selection] | None" = None, **criteria: Unpack[Criteria]
+    ) -> "Result":
         """Return the topological entropy estimated from chosen orbits, by period, and proved bounds on it.
 
-        The parameters are those of `select`.
+        The parameters are those of `select`; several ``a`` give one table, with ``a`` as its first column.
 
         Examples
         --------
@@ -579,12 +593,12 @@ class Catalogue:
         """
         from orbitdb.answers.entropy import entropy
 
-        return self._answer(entropy, selection, criteria)
+        return self._result(entropy, selection, criteria)
 
     @with_criteria
     def lyapunov(
         self,
-        selection: Selection | None = None,
+        selection: "Selection | Sequence[Selection] | None" = None,
         *,
         weight: str = "exp",
         cut: float | None = None,
@@ -592,6 +606,8 @@ class Catalogue:
         **criteria: Unpack[Criteria],
     ) -> "Result":
         """Return the Lyapunov exponents averaged over orbits chosen as in `select`, by period and method.
+
+        Several ``a`` give one table, with ``a`` as its first column.
 
         Parameters
         ----------
@@ -605,7 +621,7 @@ class Catalogue:
         from orbitdb.answers.lyapunov import lyapunov
 
         with telling(progress, "averaging") as tell:
-            return self._answer(lyapunov, selection, criteria, weight, cut, tell)
+            return self._result(lyapunov, selection, criteria, weight, cut, tell)
 
     @with_criteria
     def write_dataset(
@@ -737,6 +753,58 @@ class Catalogue:
 
         with self.snapshot() as moment:
             return read_candidates(moment, self._at(a), length, tolerance, limit)
+
+    # in a magnetic field
+
+    @with_criteria
+    def field(
+        self,
+        kappa: "ArrayLike",
+        selection: Selection | None = None,
+        *,
+        words: str | Iterable[str] | None = None,
+        progress: Tell | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "FieldOrbits":
+        """Follow words into a magnetic field, where paths are arcs of circles; nothing is stored.
+
+        Each word starts at its fixed point without a field, also if that is not an orbit, and is followed in
+        steps of the curvature. Words chosen by ``a`` and ``p`` alone need not be stored.
+
+        Parameters
+        ----------
+        kappa : float or sequence of float
+            Curvatures of the path, 1 / (cyclotron radius), in 1/radius; positive if it turns left.
+        selection : Selection, optional
+            The words, by default those of all filled periods; or give criteria, as in `select`. They apply to
+            the stored numbers, which are those without a field.
+        words : str or iterable of str, optional
+            Instead, primitive words of any period, stored or not; a single text is one word.
+        progress : optional
+            As for `fill`.
+
+        Raises
+        ------
+        InputError
+            If 2 / kappa is not above the longest chord, 2a + 2, or if there are too many words.
+
+        Examples
+        --------
+        >>> orbits = catalogue.field([0.05, 0.1], words="0123")
+        >>> orbits.status.tolist(), orbits.splitting.round(6).tolist()
+        (['orbit', 'orbit'], [-0.52, -1.04])
+        """
+        from orbitdb.answers.field import follow_words
+        from orbitdb.answers.field_words import chosen_words, named_words
+
+        if words is None:
+            picked = self._answer(chosen_words, selection, criteria)
+        elif selection is not None or criteria.keys() - {"a"}:
+            raise InputError("give words, or criteria that choose them, not both")
+        else:
+            picked = named_words(words, self._chosen(None, criteria).a)
+        with telling(progress, "field") as tell:
+            return follow_words(picked, kappa, tell)
 
     # making
 
@@ -1336,6 +1404,21 @@ class Catalogue:
         with self.snapshot() as moment:
             return function(moment, chosen, *arguments)
 
+    def _result(
+        self,
+        function: Callable[..., "Result"],
+        selection: Selection | Sequence[Selection] | None,
+        criteria: Criteria,
+        *arguments: Any,
+    ) -> "Result":
+        """Return a result at one a, or joined results at several."""
+        from orbitdb.answers.results import over_a
+
+        one = isinstance(selection, Selection | None) and not isinstance(criteria.get("a"), Iterable)
+        with self.snapshot() as moment:
+            results = [function(moment, chosen, *arguments) for chosen in self._several(selection, criteria)]
+        return results[0] if one else over_a(results)
+
     def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:
         if selection is not None and criteria:
             raise SelectionError("give a Selection or criteria, not both")
@@ -1360,7 +1443,7 @@ class Catalogue:
             named["a"] = None
             one = chosen_by(**named)
             chosen = tuple(replace(one, a=Stadium(a).a) for a in values)
-        elif isinstance(selection, Selection | None):
+        elif not isinstance(selection, Sequence):
             return (self._chosen(selection, criteria),)
         else:
             chosen = tuple(self._chosen(one, criteria) for one in selection)

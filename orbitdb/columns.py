@@ -87,6 +87,10 @@ OF_WORDS = [
            "symmetry that makes the second half of the orbit the image of the first; 'x', 'y' or 'xy'. In "
            "the quarter stadium, such an orbit closes after half of its length",
            empty="no such symmetry; geometrically pruned"),
+    Column("quarter_maslov", "integer",
+           "Maslov index of one traversal in the quarter stadium x, y >= 0; maslov/2 if the column half has "
+           "a value, otherwise maslov. Bounces on the axes do not count: they give the sign of the parity",
+           empty=PRUNED),
     Column("rules", "integers",
            "numbers of the geometric rules that the word breaks; comma-separated text in SQL, a list in JSON "
            "and in files", empty="unless geometrically pruned"),
@@ -106,6 +110,9 @@ OF_ORBITS = [
     Column("quarter_length", "number",
            "length of one traversal in the quarter stadium x, y >= 0; L/2 if the column half has a value, "
            "otherwise L", "radius", "length_error", NO_ORBIT),
+    Column("quarter_lyapunov", "number",
+           "lambda of one traversal in the quarter stadium x, y >= 0; lyapunov/2 if the column half has a "
+           "value, otherwise lyapunov", "1", "lyapunov_error", NO_ORBIT),
     Column("lyapunov", "number",
            "lambda of one traversal; ln of the largest modulus of an eigenvalue of the monodromy matrix",
            "1", "lyapunov_error", NO_ORBIT),
@@ -115,7 +122,9 @@ OF_ORBITS = [
     Column("lambda_c", "number", "lambda per unit length, lambda/L", "1/radius", "lambda_c_error", NO_ORBIT),
     Column("margin", "number",
            "smallest distance of a bounce from the end of its wall or semicircle; 0 at a joint, negative if "
-           "a bounce lies beyond the end", PLACE, "", PRUNED),
+           "a bounce lies beyond the end. That of a dynamically pruned word belongs to its closed path, or, "
+           "if that path has a leg that the stadium does not allow, to the longest path without one",
+           PLACE, "", PRUNED),
     Column("residual", "number",
            "largest violation of the law of reflection; the difference between the cosines of the two angles "
            "at a bounce, from the stored coordinates", "1", "", NO_ORBIT),
@@ -136,13 +145,21 @@ OF_ORBITS = [
 IN_CATALOGUE = [*OF_WORDS, *OF_ORBITS]
 """The columns of the view ``catalogue``."""
 
+COMPUTED = [
+    Column("area_slope", "number",
+           "derivative of the enclosed area in the curvature kappa of the path, at kappa = 0; in a weak "
+           "magnetic field, the action is S = L - kappa area - kappa^2 area_slope / 2. It is computed when "
+           "rows are read, so --where and --order cannot use it", "radius^3", "", NO_ORBIT),
+]  # fmt: skip
+"""Further columns of an orbit, which are computed when they are asked for; the view does not have them."""
+
 WRITTEN = [
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
     "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error",
     "length_error", "lyapunov_error", "symmetry", "solver",
 ]  # fmt: skip
 """Columns written by default, in this order; other programs may rely on these names as JSON keys."""
-WRITTEN += [each.name for each in IN_CATALOGUE if each.written and each.name not in WRITTEN]
+WRITTEN += [each.name for each in (*IN_CATALOGUE, *COMPUTED) if each.written and each.name not in WRITTEN]
 
 # columns of answers that are not rows of the catalogue
 
@@ -280,6 +297,21 @@ OF_COUNTS = [
 ]  # fmt: skip
 """Columns of `table`, which describe a period as in the paper's Table 1."""
 
+OF_FIELD = [
+    Column("kappa", "number",
+           "curvature of the path in a magnetic field, 1 / (cyclotron radius); positive if it turns left",
+           "1/radius", "exact"),
+    Column("action", "number",
+           "action of one traversal in the field, S = L - kappa A; A is the enclosed area, anticlockwise "
+           "positive", "radius", "", NO_ORBIT),
+    Column("trace", "number", "trace of the monodromy matrix of one traversal", "1", "", NO_ORBIT),
+    Column("splitting", "number",
+           "action of the reverse minus that of the word, in the same field; 2 kappa A to first order",
+           "radius", "", "the word or its reverse is no orbit"),
+    Column("elliptic", "integer", "number of orbits that are stable, |tr M| < 2; they are among N_c"),
+]  # fmt: skip
+"""Further columns of `field`, which computes everything in doubles, without error bounds."""
+
 OF_LIVES = [
     Column("word", "text", "representative of the symmetry class"),
     Column("born", "number", "value of a at which the class becomes an orbit as a grows", "radius",
@@ -293,7 +325,10 @@ OF_LIVES = [
 
 OF_BOUNDS = [
     Column(
-        "window", "integer", "length of the longest windows examined, in edges; windows are pieces of a path"
+        "window",
+        "integer",
+        "number of edges of the longest windows examined; a window is a piece of a path, and an edge leads "
+        "from one bounce to the next",
     ),
     Column("lower", "number", "proved lower bound on the topological entropy per bounce", "1", "proved"),
     Column("upper", "number", "proved upper bound on the topological entropy per bounce", "1", "proved"),
@@ -319,6 +354,7 @@ OF_ENSEMBLES = [
 GROUPS = (
     ("word", OF_WORDS),
     ("orbit", OF_ORBITS),
+    ("computed", COMPUTED),
     ("bounce", OF_BOUNCES),
     ("answer", OF_ANSWERS),
     ("trajectory", OF_TRAJECTORIES),
@@ -327,6 +363,7 @@ GROUPS = (
     ("statistics", OF_STATISTICS),
     ("spectrum", OF_SPECTRA),
     ("table", OF_COUNTS),
+    ("field", OF_FIELD),
     ("life", OF_LIVES),
     ("entropy", OF_BOUNDS),
     ("simulation", OF_ENSEMBLES),

@@ -1,6 +1,6 @@
 """``orbitdb table``, ``entropy``, ``lyapunov`` and ``simulate``: averages by period or over trajectories."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
@@ -41,8 +41,8 @@ def table(
     this a are counted from births, if 'orbitdb births' has found them.
     """
     with reading(db, a, Choice(p=p)) as (catalogue, stadiums):
-        results = [catalogue.table(chosen) for chosen in stadiums]
-    output.write(*_rows_of(results, many_a(a), output))
+        result = catalogue.table(stadiums if many_a(a) else stadiums[0])
+    output.write(*_rows_of(result, output))
 
 
 def entropy(
@@ -56,10 +56,10 @@ def entropy(
     the spot.
     """
     with progress("reading orbits"), reading(db, a, choice) as (catalogue, stadiums):
-        results = [catalogue.entropy(chosen) for chosen in stadiums]
+        result = catalogue.entropy(stadiums if many_a(a) else stadiums[0])
     from orbitdb.answers.results import PROVED
 
-    output.write(*_rows_of(results, many_a(a), output, hidden=PROVED if output.table else ()))
+    output.write(*_rows_of(result, output, hidden=PROVED if output.table else ()))
 
 
 def lyapunov(
@@ -88,8 +88,9 @@ def lyapunov(
     digit. The values for trajectories come from 'orbitdb simulate'.
     """
     with progress("averaging") as shown, reading(db, a, choice) as (catalogue, stadiums):
-        results = [catalogue.lyapunov(chosen, weight=weight, cut=cut, progress=shown) for chosen in stadiums]
-    names, rows = _rows_of(results, many_a(a), output)
+        chosen = stadiums if many_a(a) else stadiums[0]
+        result = catalogue.lyapunov(chosen, weight=weight, cut=cut, progress=shown)
+    names, rows = _rows_of(result, output)
     if not output.table or cut is not None:
         output.write(names, rows)
         return
@@ -117,29 +118,18 @@ def _block(
 
 
 def _rows_of(
-    results: "Sequence[Result]", many: bool, output: Output, hidden: Collection[str] = ()
+    result: "Result", output: Output, hidden: Collection[str] = ()
 ) -> tuple[list[str], list[tuple[Any, ...]]]:
-    """Return the columns of results, except hidden ones, and their rows; exit if there are no rows.
+    """Return the columns of a result, except hidden ones, and its rows; exit if there are no rows.
 
-    Notes say what is missing and, for a table, what else is known. If `many`, the first column is a, and a
-    cell is empty if the result for its a does not have the column.
+    Notes say what is missing and, for a table, what else is known.
     """
-    said = [
-        (text, f"a = {exact(result.selection.a)}")
-        for result in results
-        for text in (*result.notes, *(result.facts if output.table else ()))
-    ]
-    notes(f"{at}: {text}" if many and at not in text else text for text, at in said)
-    if not any(map(len, results)):
+    for text in (*result.notes, *(result.facts if output.table else ())):
+        note(text)
+    if not len(result):
         raise typer.Exit(1)
-    columns = dict.fromkeys(name for result in results if len(result) for name in result.columns)
-    names = [*(["a"] if many else []), *(name for name in columns if name not in hidden)]
-    rows = [
-        tuple(({"a": result.selection.a} | dict(zip(result.columns, row, strict=True))).get(n) for n in names)
-        for result in results
-        for row in result.rows()
-    ]
-    return names, rows
+    names = [name for name in result.columns if name not in hidden]
+    return names, list(result.rows(names))
 
 
 _NEAR = 0.05
@@ -150,7 +140,12 @@ def simulate(
     a: options.HalfLength = USUAL_A,
     wanted: Annotated[
         int,
-        options.count_option("--bounces", least=1, most=10**12, help="Total number of bounces, such as 1e8."),
+        options.count_option(
+            "--bounces",
+            least=1,
+            most=10**12,
+            help="Total number of bounces, such as 1e8; about a thousand at least, in 256 trajectories.",
+        ),
     ] = 20_000_000,
     seed: Annotated[
         int, options.count_option(least=0, help="Random seed; the same seed gives the same result.")
@@ -170,6 +165,7 @@ def simulate(
     """
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
+    from orbitdb.trajectories.ensemble import LEAST
 
     stadium = Stadium(a)
     if store:
@@ -193,7 +189,8 @@ def simulate(
         f"pi Area / Perimeter = {stadium.mean_free_path:.6f}"
     )
     if abs(means.bounces - wanted) > _NEAR * wanted:
-        note(f"{means.bounces} bounces were followed, not {wanted}: errors need many complete trajectories")
+        why = f"the errors need {LEAST} trajectories" if means.groups == LEAST else "trajectories differ much"
+        note(f"{means.bounces} bounces were followed, not {wanted}: {why}")
 
 
 def _facts(means: "Reference") -> list[tuple[str, str]]:

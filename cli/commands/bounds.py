@@ -27,6 +27,7 @@ EXAMPLES = (
     "bounds --a 0.5 --width 0.01",
     "bounds --a 3 --time 30 --json",
     "bounds --window 12 --prove",
+    "bounds --a 0.5 --a 1 --window 12",
     "bounds --a 0.3:10:40 --window 12",
 )
 COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided", "proof")
@@ -36,15 +37,16 @@ _WHY = "the time, the window length or the memory was not enough"
 def bounds(
     *,
     context: typer.Context,
-    a: Annotated[
-        HalfLengths,
+    asked: Annotated[
+        list[HalfLengths] | None,
         typer.Option(
             "--a",
             metavar="NUMBER|FROM:TO:COUNT",
             parser=options.read_half_lengths,
-            help="Half length of the straight walls, or a logarithmic grid of values.",
+            help=f"Half length of the straight walls, or a logarithmic grid of values; repeatable "
+            f"[default: {USUAL_A}].",
         ),
-    ] = HalfLengths([USUAL_A]),  # noqa: B008, immutable
+    ] = None,
     window: Annotated[
         int | None,
         options.count_option(
@@ -71,15 +73,16 @@ def bounds(
 ) -> None:
     """Prove bounds on the topological entropy per bounce; no orbits are needed.
 
-    A window is a stretch of a code that is decided for all its continuations at once. Each row is for one
-    window length. windows is the number of windows examined so far, where mirror images and reversals count
-    once, and undecided is the number of windows of this length that could not be decided. All numbers are
-    rounded outward. The search ends as soon as it reaches --window, --width or --time. For a grid, you see
-    the last row of each a, and --time applies to each a. If there is a catalogue, the bounds are saved in it,
-    and 'orbitdb entropy' shows them.
+    A window is a piece of a path, whatever the path does before and after. Its length is counted in edges,
+    from one bounce to the next. Each row is for one window length. windows is the number of windows examined
+    so far, where mirror images and reversals count once, and undecided is the number of windows of this
+    length that could not be decided. All numbers are rounded outward. The search ends as soon as it reaches
+    --window, --width or --time. For several a, you see the last row of each a, and --time applies to each a.
+    If there is a catalogue, the bounds are saved in it, and 'orbitdb entropy' shows them.
     """
     from orbitdb.catalogue import Catalogue
 
+    a = options.named(asked) or (USUAL_A,)
     if len(a) == 1:
         options.refuse_idle(context, "at a single a", "jobs")
     levels: list[EntropyBounds] = []

@@ -119,9 +119,13 @@ def export(
             written = _watched(chain([first], rows), shown)
             if file is None:
                 files.TEXT_WRITERS[kind](sys.stdout, names, written)
-                return
-            count = files.write_file(file, kind, names, written, listing.provenance(many_a(a)))
-    note(f"{several(count, 'row')} written: {listing.describe()}, in {file}")
+            else:
+                count = files.write_file(file, kind, names, written, listing.provenance(many_a(a)))
+        complete = listing.complete
+    for text in complete:
+        note(text)
+    if file is not None:
+        note(f"{several(count, 'row')} written: {listing.describe()}, in {file}")
 
 
 def _copy(file: Path, force: bool, db: Path) -> None:

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -90,6 +91,7 @@ def plot(
     ] = 120,
     given: GivenLevels,
     k: Annotated[float | None, options.number_option(help="Draw the level nearest to this k.")] = None,
+    kappa: options.Kappa = None,
     size: Annotated[
         str | None, typer.Option("--size", metavar="WIDTHxHEIGHT", help="Size in inches, such as 6.4x4.8.")
     ] = None,
@@ -105,9 +107,9 @@ def plot(
 ) -> None:
     """Draw an orbit, or a figure of a chosen subset, and save it to a file.
 
-    orbit, reverse and life draw the orbit of one WORD, and sheet can draw several. wave and husimi draw one
-    quantum level. The other figures show a subset of the orbits or levels; lyapunov, lengths and symbol-plane
-    can compare several a.
+    orbit, reverse and life draw the orbit of one WORD, and sheet can draw several; with --kappa, orbit draws
+    it in a magnetic field. wave and husimi draw one quantum level. The other figures show a subset of the
+    orbits or levels; lyapunov, lengths and symbol-plane can compare several a.
     """
     from orbitdb.answers.export import FIGURES as FORMATS
     from orbitdb.answers.export import STDOUT, check_target, complete, form_of
@@ -134,7 +136,12 @@ def plot(
     style = load("orbitdb.plots.style", "plot", "plot")  # late, because matplotlib is slow to import
 
     codes = list(given_codes(words, code)) if "words" in figure.takes else []
-    values = {"limit": limit, "order": order, "grid": named(a) or ()}
+    values = {
+        "limit": limit,
+        "order": order,
+        "grid": named(a) or (),
+        "kappa": [*chain.from_iterable(kappa or ())],
+    }
     try:
         with progress("drawing"), style.sized(inches):
             if figure.source == "catalogue":
@@ -223,8 +230,11 @@ def _of_wave(
 
 def _of_words(figure: Figure, codes: Sequence[str], values: dict[str, Any], a: Asked, db: Path) -> "Picture":
     """Draw the orbit of a single word, or several on a sheet; they are read or solved."""
-    if figure.source == "orbit" and len(codes) != 1:
+    if figure.source in ("orbit", "word") and len(codes) != 1:
         raise InputError(f"name one orbit to draw: plot {figure.name} 1232131")
+    if figure.source == "word":
+        with solving(db, a) as (_, (at,)):
+            return _draw(figure, values, primitive(codes[0]), at)
     if "a" not in figure.takes:
         from orbitdb.orbits.solve import solve_word
 

@@ -14,9 +14,9 @@ from orbitdb.cli import options
 from orbitdb.cli.options import Choice, HalfLengths, many_a
 from orbitdb.cli.output import Format, Output, beside, code_text, note, notes, write_facts
 from orbitdb.cli.reading import asked_columns, given_codes, primitive, reading, solving
-from orbitdb.columns import GROUPS, IN_CATALOGUE, WRITTEN
+from orbitdb.columns import EVERY, GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
-from orbitdb.text import exact
+from orbitdb.text import exact, guess
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
@@ -33,7 +33,7 @@ EXAMPLES = {
         "sql \"SELECT p, count(*) AS orbits FROM catalogue WHERE status = 'orbit' GROUP BY a, p\"",
         'sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" -P word=0103155 --json',
     ),
-    "columns": ("columns", "columns --json"),
+    "columns": ("columns", "columns margin quarter_length", "columns --json"),
 }
 
 WORD_KEYS = (*WRITTEN, "coordinates", "stored", "exists")
@@ -172,19 +172,38 @@ def _value(orbit: "Orbit", key: str, output: Output | None = None) -> Any:
     return getattr(orbit, key)
 
 
+def _known(incomplete: str) -> list[tuple[str, str]]:
+    """Offer the columns that begin with what is typed."""
+    return [(name, column.brief) for name, column in EVERY.items() if name.startswith(incomplete)]
+
+
 COLUMN_KEYS = ("column", "of", "type", "unit", "bound", "empty", "means")
 
 
-def columns(*, output: Output) -> None:
+def columns(
+    *,
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[COLUMN]...", help="Columns to explain [default: all].", autocompletion=_known
+        ),
+    ] = None,
+    output: Output,
+) -> None:
     """Explain the columns: their units, the bounds on their errors, and their meanings.
 
     -c, --order and --where accept the columns of words and orbits, and --bounces writes the columns of
     bounces. query --code adds columns of its own. identify has different columns for a trajectory and for a
     length. The error of a number never exceeds its bound.
     """
-    described = [(column, of) for of, group in GROUPS for column in group]
+    for name in names or ():
+        if name not in EVERY:
+            raise InputError(f"column {name!r}: {guess(name, EVERY)}'orbitdb columns' lists all")
+    every = [(column, of) for of, group in GROUPS for column in group]
+    described = [(column, of) for column, of in every if not names or column.name in names]
     if output.table:
-        _write_table([(column.name, column.unit, column.bound, column.means) for column, _ in described])
+        lines = [(column.name, column.unit, column.bound, column.means) for column, _ in described]
+        _write_table(lines, sum(column in IN_CATALOGUE for column, _ in described))
         return
     rows = (
         (column.name, of, column.kind, column.unit, column.bound, column.empty, column.means)
@@ -193,13 +212,13 @@ def columns(*, output: Output) -> None:
     output.write(COLUMN_KEYS, rows)
 
 
-def _write_table(rows: list[tuple[str, ...]]) -> None:
-    """Write one line per column, with its meaning wrapped; the columns of the catalogue come first."""
+def _write_table(rows: Sequence[tuple[str, ...]], first: int) -> None:
+    """Write one line per column, with its meaning wrapped, and an empty line after the `first` ones."""
     lines = [("column", "unit", "bounded by", "means"), *rows]
     widths = [max(len(line[k]) for line in lines) for k in range(3)]
     columns = shutil.get_terminal_size().columns
     for place, (*cells, means) in enumerate(lines):
-        if place == 1 + len(IN_CATALOGUE):
+        if place == 1 + first and first:
             sys.stdout.write("\n")
         start = "".join(f"{text.ljust(width)}  " for text, width in zip(cells, widths, strict=True))
         sys.stdout.writelines(beside(start, means, columns))
@@ -216,7 +235,8 @@ def sql(
 
     The statement can read the views catalogue (one row per word; see 'orbitdb columns'), class (one row per
     class) and life (births and deaths). It cannot write, and is stopped after a minute. code =
-    code('310') finds a word in any rotation.
+    code('310') finds a word in any rotation, and contains(code, '0202') the words that contain 0202 in any
+    rotation.
     """
     from orbitdb.catalogue import Catalogue
     from orbitdb.store.where import parse_parameters

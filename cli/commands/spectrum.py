@@ -56,8 +56,8 @@ def spectrum(
 
     Its peaks lie at the lengths of orbits. The window function is sin^4(pi k / k_max). --terms lists instead
     each term Re(A exp(i k l)) of the density of levels: with --parity, those of a quarter stadium, in which
-    half of a symmetric orbit is closed. repetition counts traversals of the orbit or half orbit, and length
-    is that of all of them. A is sign times |A| exp(-i pi index / 2).
+    a symmetric orbit closes after half of its length. repetition counts traversals of the orbit or half
+    orbit; length, lyapunov and index are those of all of them. A is sign times |A| exp(-i pi index / 2).
     """
     low, high = read_range("--range", lengths.removeprefix("length="))
     if terms:

@@ -28,7 +28,7 @@ from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.panels.choices import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import EVERY
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 

@@ -13,14 +13,14 @@ import numpy as np
 from orbitdb.arrays import Integers
 from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
 from orbitdb.orbits.status import Status
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.contents import pruned_periods
 from orbitdb.store.fills import Fill, read_fills, read_sweeps
 from orbitdb.store.lives import counts_at, read_birth_fills
 from orbitdb.store.lookup import a_values
 from orbitdb.store.query import asks_of_lives, parse_order
 from orbitdb.store.selection import Selection, SelectionError, written_periods
-from orbitdb.store.where import CODES_ARE_TEXTS, reads_codes
+from orbitdb.store.where import CODES_ARE_TEXTS, check, reads_codes
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.text import exact
@@ -33,6 +33,9 @@ _USUAL = 11
 
 _SHOWN = 6
 """Maximum number of values of a to list in a message."""
+
+LENGTHS = ("length", "quarter_length")
+"""The lengths by which lists of orbits can be complete."""
 
 
 @dataclass(frozen=True)
@@ -275,29 +278,43 @@ def complete_length(fills: Sequence[Fill], chosen: Selection) -> float | None:
     return least_length(highest, chosen.a) if highest > 1 else None
 
 
-def by_length(chosen: Selection, order: str, limit: int | None) -> bool:
-    """Tell whether rows in a given order, up to a limit, list the shortest orbits."""
-    first, falls = next(iter(parse_order(order).items()))
-    bounded = chosen.ranges.get("length", (None, None))[1] is not None
-    return bounded or (first == "length" and not falls and limit is not None)
-
-
-def describe_complete(complete: float | None, chosen: Selection) -> str:
+def describe_complete(complete: float | None, chosen: Selection, name: str = "length") -> str:
     """Return a line that says up to which length, rounded down, a list of orbits is complete.
 
     For a list of all orbits, it also says how far such proofs can reach, and where no list can be complete.
+    `name` is one of `LENGTHS`: an orbit of length L has a quarter_length of at least L/2.
     """
     if complete is None:
         return "orbits of any length may be missing: fill all periods from 2 on"
-    end = math.floor(complete * 100) / 100
-    line = f"complete, by proof, up to length {end:.2f}; longer orbits may be missing"
+    share, bound = (2, "2a + pi") if name == "quarter_length" else (1, "4a + 2 pi")
+    end = math.floor(complete / share * 100) / 100
+    line = f"complete, by proof, up to {name} {end:.2f}; longer orbits may be missing"
     plain = replace(chosen, periods=(), statuses=(), ranges={}) == Selection(chosen.a)
-    if not plain or chosen.statuses not in ((), (Status.ORBIT,)) or chosen.ranges.keys() - {"length"}:
+    if not plain or chosen.statuses not in ((), (Status.ORBIT,)) or chosen.ranges.keys() - set(LENGTHS):
         return line
-    most = math.floor(largest_least_length(chosen.a) * 100) / 100
-    reach = "no further period proves more" if most == end else f"further periods prove {most:.2f} at most"
-    limit = math.ceil(least_limit_of_lengths(chosen.a) * 100) / 100
-    return f"{line} ({reach}; infinitely many are shorter than 4a + 2 pi = {limit:.2f})"
+    most = math.floor(largest_least_length(chosen.a) / share * 100) / 100
+    reach = "" if most == end else f"further periods prove {most:.2f} at most; "
+    limit = math.ceil(least_limit_of_lengths(chosen.a) / share * 100) / 100
+    return f"{line} ({reach}infinitely many are shorter than {bound} = {limit:.2f})"
+
+
+def complete_by_length(moment: Connection, chosen: Selection, order: str = "p") -> str | None:
+    """Return `describe_complete` for orbits that a length sorts or bounds from above, else None.
+
+    Any expression that reads a length counts as a bound.
+    """
+    first, falls = next(iter(parse_order(order).items()))
+    read = () if chosen.where is None else check(chosen.where, chosen.parameters).columns
+    named = [
+        name
+        for name in LENGTHS
+        if (name == first and not falls)
+        or name in read
+        or chosen.ranges.get(name, (None, None))[1] is not None
+    ]
+    if not named or Status.ORBIT not in (chosen.statuses or (Status.ORBIT,)):
+        return None
+    return describe_complete(complete_length(read_fills(moment, chosen.a), chosen), chosen, named[0])
 
 
 def describe_fills(fills: Sequence[Fill], a: float) -> str:

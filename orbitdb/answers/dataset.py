@@ -24,7 +24,7 @@ from orbitdb.columns import EVERY, OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.contents import class_rows, runs
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lives import read_birth_fills, read_lives

@@ -8,7 +8,13 @@ from typing import Any
 
 from orbitdb.answers.completeness import count, gaps
 from orbitdb.answers.results import PROVED, TABLE, Result
-from orbitdb.answers.whole_periods import Periods, WholePeriods, all_orbits, read_noted, with_lower
+from orbitdb.answers.whole_periods import (
+    Periods,
+    WholePeriods,
+    all_orbits,
+    read_noted,
+    with_lower,
+)
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import divisors, every_period, of_divisors, standing
@@ -16,7 +22,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import Status
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.results import tightest_bounds
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.text import exact
@@ -91,6 +97,8 @@ def entropy_of_rows(subset: WholePeriods, notes: Sequence[str] = ()) -> Result:
     """Return the topological entropy by period of orbits that were already read (`Subset.entropy`)."""
     said = list(notes)
     columns = _entropy(subset, subset.cycles(), said)
+    if subset.selection.without:
+        said.append("this is the growth rate of the orbits without the pattern, at most that of all orbits")
     return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, said)))
 
 
@@ -124,9 +132,9 @@ def stored_enclosure(moment: Connection, a: float) -> tuple[EntropyBounds, str] 
     closest = tightest_bounds(moment, a)
     if closest is None:
         return None
-    line = f"entropy of all orbits: {closest.between}, proved by {closest.basis}"
+    line = f"entropy of all orbits: {closest.between}, proved from {closest.basis}"
     surer = None if closest.proof == BALLS else tightest_bounds(moment, a, BALLS)
-    return closest, line + ("" if surer is None else f"; {surer.between} by {surer.basis}")
+    return closest, line + ("" if surer is None else f"; {surer.between} from {surer.basis}")
 
 
 def enclosure(moment: Connection, a: float) -> tuple[EntropyBounds, str]:
@@ -138,7 +146,7 @@ def enclosure(moment: Connection, a: float) -> tuple[EntropyBounds, str]:
     if stored is not None and stored[0].width <= computed.width:
         return stored
     closer = f"'orbitdb bounds --a {exact(a)}' finds tighter ones"
-    return computed, f"entropy of all orbits: {computed.between}, proved by {computed.basis}; {closer}"
+    return computed, f"entropy of all orbits: {computed.between}, proved from {computed.basis}; {closer}"
 
 
 @cache

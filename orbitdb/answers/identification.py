@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import starmap
 from typing import TYPE_CHECKING, Any
 
-from orbitdb.answers.completeness import describe_fills, gaps
+from orbitdb.answers.completeness import complete_length, describe_fills, gaps
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, need_whole
@@ -14,7 +14,7 @@ from orbitdb.extras import Record, Rows, data_frame
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import orbits_of_length
 from orbitdb.store.selection import Selection
@@ -169,16 +169,21 @@ class Candidates(Rows[Candidate]):
         What is not filled, and the nearest orbit if none has this length; one line each.
     among : str
         The periods that were searched; '' if nothing is stored.
+    complete : bool
+        Whether it is proved that the file lacks no orbit of such a length.
     """
 
     notes: tuple[str, ...] = ()
     among: str = ""
+    complete: bool = False
 
     def describe(self, more: str = "") -> str:
         """Return a line with the number of orbits, followed by `more`, and of what was searched."""
         count = several(len(self), "candidate") if self else "no candidates"
-        longer = "orbits of longer periods may have this length, too"
-        return f"{count} among {self.among}, one per symmetry class{more}; {longer}" if self.among else ""
+        beyond = (
+            "complete, by proof" if self.complete else "orbits of longer periods may have this length, too"
+        )
+        return f"{count} among {self.among}, one per symmetry class{more}; {beyond}" if self.among else ""
 
 
 def identify_trajectory(
@@ -241,6 +246,8 @@ def read_candidates(
             f"the nearest orbit is {times} of length {orbit.total:.7f}: --tolerance {enough:g} finds it"
         )
     found.notes = tuple(notes)
+    farthest = length + (SAME_LENGTH if tolerance is None else tolerance)
+    found.complete = farthest < (complete_length(fills, Selection(a)) or 0)
     if fills or found:  # otherwise, a note says that nothing was searched
         found.among = describe_fills(fills, a) if fills else f"single words at a = {exact(a)}"
     return found

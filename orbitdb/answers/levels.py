@@ -24,7 +24,7 @@ from orbitdb.quantum.missing_levels import CUTOFF, FITS, WIDEST, Assessment, ass
 from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
 from orbitdb.quantum.weyl import Parity, check_levels, one_parity, parities_of, weyl
 from orbitdb.store import results
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import WITH_ORBITS, a_values
 from orbitdb.store.selection import Selection
@@ -270,7 +270,7 @@ def _hints(moment: Connection, assessment: Assessment, classes: OrbitClasses, k:
     if assessment.at_limit:
         hints.append("the fit of the radius failed: the radius is off by more than half a per cent")
     elif not window and assessment.scale == 1 and better(stadium, classes, of, True):
-        hints.append("they fit with another radius: fit the radius")
+        hints.append("they fit with another radius: find it with --fit-radius (in Python fit_radius=True)")
     hints += [
         f"they fit the parity {other}"
         for other in (Parity if of is not None else ())

@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from orbitdb import __version__
 from orbitdb.answers.completeness import (
-    by_length,
-    complete_length,
-    describe_complete,
+    complete_by_length,
     gaps,
     nothing,
     partial_periods,
@@ -24,7 +22,6 @@ from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
 from orbitdb.extras import data_frame
 from orbitdb.store.connection import Connection, path_of
-from orbitdb.store.fills import read_fills
 from orbitdb.store.query import choose, parse_order
 from orbitdb.store.rows import COLUMNS, Chosen, rows_of
 from orbitdb.store.selection import Selection, unknown_column
@@ -57,17 +54,17 @@ class Listing:
     order : str
         The columns to sort by.
     limit, offset : int or None, int
-        Maximum number of rows, and number of rows skipped first.
+        Maximum number of rows, and number of rows skipped first; both at each a.
     classes : bool
         Whether each symmetry class with chosen words has one row, that of its representative.
 
     Examples
     --------
     >>> listing = catalogue.rows(p="2-11", order="length", limit=2, columns=("code", "length"))
-    >>> [*listing], listing.total
-    ([('13', 10.4), ('013', 10.82843...)], 89789)
-    >>> print(*listing.complete)
-    complete, by proof, up to length 11.25; longer orbits may be missing...
+    >>> [code for code, _ in listing], listing.total
+    (['13', '013'], 89789)
+    >>> listing.complete[0].partition(";")[0]
+    'complete, by proof, up to length 11.26'
     """
 
     _snapshot: Callable[[], AbstractContextManager[Connection]]
@@ -93,7 +90,7 @@ class Listing:
     def head(self, most: int = MOST_ROWS) -> Iterator[Row]:
         """Yield the first rows."""
         end = self.offset + most
-        return self._rows(end if self._end is None else min(end, self._end))
+        return islice(self._rows(end if self._end is None else min(end, self._end)), most)
 
     def _rows(self, end: int | None) -> Iterator[Row]:
         with self._apart() as moment:
@@ -134,18 +131,13 @@ class Listing:
 
     @property
     def complete(self) -> tuple[str, ...]:
-        """Up to which length the shortest orbits are complete, a line for each a; () for other rows."""
-        if not by_length(self.selections[0], self.order, self.limit) or self.empty:
+        """Up to which length orbits that a length sorts or bounds are complete, a line for each a."""
+        if self.empty:
             return ()
         with self._snapshot() as moment:
-            lines = [
-                describe_complete(complete_length(read_fills(moment, chosen.a), chosen), chosen)
-                for chosen in self.selections
-            ]
-        if len(lines) == 1:
-            return tuple(lines)
-        pairs = zip(self.selections, lines, strict=True)
-        return tuple(f"at a = {exact(chosen.a)}: {line}" for chosen, line in pairs)
+            lines = [(one.a, complete_by_length(moment, one, self.order)) for one in self.selections]
+        at = "at a = {}: " if len(lines) > 1 else ""
+        return tuple(f"{at.format(exact(a))}{line}" for a, line in lines if line)
 
     def describe(self, total: int | None = None) -> str:
         """Describe the chosen rows in one line, with their number if it is given."""
@@ -238,6 +230,5 @@ class Listing:
                 for value, falls in keys
             )
 
-        streams = (rows_of(moment, chosen, (*self.columns, *falling), 0, end) for chosen in subsets)
-        merged = islice(heapq.merge(*streams, key=place), self.offset, end)
-        return (row[:width] for row in merged)
+        streams = (rows_of(moment, chosen, (*self.columns, *falling), self.offset, end) for chosen in subsets)
+        return (row[:width] for row in heapq.merge(*streams, key=place))

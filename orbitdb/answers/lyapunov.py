@@ -35,7 +35,7 @@ from orbitdb.columns import Column
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_exponent
 from orbitdb.progress import Tell, nobody
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.results import best_reference
 from orbitdb.store.selection import Selection
 from orbitdb.text import exact, with_error
@@ -130,6 +130,13 @@ AVERAGES = [
 ]  # fmt: skip
 """The averages, in the order of their columns."""
 
+_AVOIDED = (
+    "these are averages over the trajectories that never contain the pattern; ln z0 is the rate per bounce "
+    "at which other trajectories leave them. If they include long runs along a semicircle, which are left "
+    "more slowly than exponentially, z0 keeps falling with the period"
+)
+"""What averages over the words without a pattern mean."""
+
 OF_AVERAGES = [
     Column(
         name, "number", f"{part}average {exponent}; {average.label.partition(' (')[0].replace('$', '')}", unit
@@ -193,7 +200,8 @@ def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str
     for average in AVERAGES:
         columns |= {name: [None] * len(p) for name in average.columns}
         columns |= standing(p, average.compute(given), average.needs, subset.periods)
-    notes += [why_no_sum_rules(subset), *subset.notes(given.sums)]
+    avoided = _AVOIDED if subset.selection.without else ""
+    notes += [why_no_sum_rules(subset), *subset.notes(given.sums), avoided]
     return subset.rows_of(columns)
 
 

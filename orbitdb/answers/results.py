@@ -1,6 +1,6 @@
 """Results: `Result`, a table by period; `Births`, the lives of classes; and orbits as HTML with pictures."""
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib import import_module
@@ -8,12 +8,22 @@ from typing import TYPE_CHECKING, Any
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
-from orbitdb.extras import Drawn, Rows, data_frame, drawn, figure_name
+from orbitdb.extras import (
+    MOST_SHOWN,
+    Drawn,
+    Rows,
+    data_frame,
+    drawn,
+    figure_name,
+    html_of,
+    html_table,
+    text_table,
+)
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.store.lives import Life
 from orbitdb.store.selection import Selection
-from orbitdb.text import several, shortened
+from orbitdb.text import exact, shortened
 
 if TYPE_CHECKING:
     import pandas
@@ -27,9 +37,6 @@ PROVED = ("h_lower", "h_upper", "h_proof")
 """Proved bounds on the topological entropy of all orbits."""
 
 UP_TO_CUT = ("cut", "lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
-_NAMED = 4
-"""Number of columns to name in a repr."""
-
 _DRAWN = {"entropy": "h_zeta", "lyapunov": "lambda_d", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}
 """The figures of a result, and the column that each draws."""
 
@@ -38,12 +45,12 @@ TRAJECTORIES = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """A small table, one row per period.
+    """A small table, one row per period and a; the prompt shows its first rows, and print all.
 
     Attributes
     ----------
     selection : Selection
-        What was chosen.
+        What was chosen; at the first a, if there are several.
     columns : mapping of str to list
         The values of each column; None for a missing value.
     facts : tuple of str
@@ -54,8 +61,11 @@ class Result:
     Examples
     --------
     >>> table = catalogue.table(p="2-4")
-    >>> table
-    <3 rows, p, N_t, N_c, N, ...: words of period 2 to 4 at a = 1.6; print() shows them>
+    >>> print(*repr(table).splitlines()[:4], sep="\\n")
+    p  N_t  N_c    N       K_0  classes  boundary  unresolved
+    2    1    1    2  0.346574        1         0           0
+    3    8    8   24   1.05935        2         0           0
+    4   32   32  130   1.21688        8         0           0
     >>> table["N_c"]
     [1, 8, 32]
     """
@@ -79,20 +89,15 @@ class Result:
         return zip(*(self.columns[name] for name in names or self.columns), strict=True)
 
     def __repr__(self) -> str:
-        more = [*self.columns][_NAMED:] and ["..."]
-        named = ", ".join([several(len(self), "row"), *[*self.columns][:_NAMED], *more])
-        return f"<{named}: {self.selection.describe()}; print() shows them>"
-
-    def __str__(self) -> str:
-        texts = [[name, *map(_short, values)] for name, values in self.columns.items()]
-        widths = [max(map(len, column)) for column in texts]
-        lines = ("  ".join(map(str.rjust, row, widths)) for row in zip(*texts, strict=True))
+        lines = text_table(self.columns, MOST_SHOWN) if len(self) else [f"<no {self.selection.describe()}>"]
         return "\n".join([*lines, *self.facts, *self.notes])
 
+    def __str__(self) -> str:
+        return "\n".join([*text_table(self.columns), *self.facts, *self.notes])
+
     def _repr_html_(self) -> str:
-        rows = ([escape(_short(value)) for value in row] for row in self.rows())
         notes = "<br>".join(map(escape, (*self.facts, *self.notes)))
-        return f"{_html_table(map(escape, self.columns), rows)}<small>{notes}</small>"
+        return f"{html_of(self.columns)}<small>{notes}</small>"
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a pandas data frame (extra ``pandas``) with the columns of the JSON output."""
@@ -114,8 +119,10 @@ class Result:
         Raises
         ------
         InputError
-            If the result does not have these averages.
+            If the result does not have these averages, or has several a.
         """
+        if "a" in self.columns:
+            raise InputError("this result has several a, and a figure shows one: ask for each a alone")
         kinds = [name for name, column in _DRAWN.items() if {"p", column} <= self.columns.keys()]
         if not kinds or not len(self):
             raise InputError("this result has no averages to draw: entropy() and lyapunov() have")
@@ -123,6 +130,23 @@ class Result:
         if name == "entropy":
             return drawn(name, (self,), self.selection.describe(), ax)
         return drawn("lyapunov", (self, _DRAWN[name]), self.selection.describe(), ax)
+
+
+def over_a(results: Sequence[Result]) -> Result:
+    """Join results at several a into one, whose first column is ``a``.
+
+    A value is None if the result at its a does not have the column. Facts and notes begin with their a.
+    """
+    rows = [result for result in results if len(result)]
+    columns: dict[str, list[Any]] = {"a": [result.selection.a for result in rows for _ in range(len(result))]}
+    for name in dict.fromkeys(name for result in rows for name in result.columns):
+        columns[name] = [value for result in rows for value in result.columns.get(name, [None] * len(result))]
+
+    def said(kind: str) -> tuple[str, ...]:
+        pairs = [(f"a = {exact(each.selection.a)}", text) for each in results for text in getattr(each, kind)]
+        return tuple(text if at in text else f"{at}: {text}" for at, text in pairs)
+
+    return Result(results[0].selection, columns, said("facts"), said("notes"))
 
 
 class Births(Drawn, Rows[Life]):
@@ -139,26 +163,6 @@ class Births(Drawn, Rows[Life]):
         return (self,), f"orbits of period {self[0].p} at each a"
 
 
-def _short(value: Any) -> str:
-    return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _html_table(head: Iterable[str], rows: Iterable[Sequence[str]], left: Collection[str] = ()) -> str:
-    """Return an HTML table of texts, which are HTML themselves; the columns in `left` are aligned left.
-
-    Notebooks align cells to the right unless told otherwise.
-    """
-    names = [*head]
-    styles = [' style="text-align: left"' * (name in left) for name in names]
-
-    def line(tag: str, cells: Sequence[str]) -> str:
-        pairs = zip(styles, cells, strict=True)
-        return f"<tr>{''.join(f'<{tag}{style}>{cell}</{tag}>' for style, cell in pairs)}</tr>"
-
-    body = "".join(f"{line('td', row)}\n" for row in rows)
-    return f"<table>\n<thead>{line('th', names)}</thead>\n<tbody>\n{body}</tbody>\n</table>"
-
-
 MOST_ROWS = 10
 _PICTURE = 150
 """Width of a picture in a table, in pixels."""
@@ -171,7 +175,7 @@ _TEXTS = ("code", "status", "symmetry")
 
 def html_of_orbits(title: str, orbits: Sequence[Orbit], total: int) -> str:
     """Return an HTML table of orbits with small pictures, a title, and the number of orbits not shown."""
-    table = f"\n{_html_table(_HEADINGS, map(_cells, orbits), _TEXTS)}" if orbits else ""
+    table = f"\n{html_table(_HEADINGS, map(_cells, orbits), _TEXTS)}" if orbits else ""
     more = f"\n<p>… and {total - len(orbits):,} more</p>" if total > len(orbits) else ""
     return f"<p>{escape(title)}</p>{table}{more}"
 

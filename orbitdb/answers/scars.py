@@ -15,7 +15,7 @@ from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.waves import scar_strengths
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.lookup import find_word
 from orbitdb.store.query import choose
 from orbitdb.store.rows import rows_of

@@ -16,10 +16,12 @@ from orbitdb.arrays import Floats, Integers, Places, Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.errors import InputError
-from orbitdb.extras import drawn, figure_name, load
+from orbitdb.extras import MOST_SHOWN, Table, drawn, figure_name, load
+from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
 from orbitdb.store.connection import Connection, path_of
+from orbitdb.store.file import Store
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import find_or_solve
 from orbitdb.store.query import choose
@@ -41,18 +43,20 @@ Texts = NDArray[Any]
 """Arrays of strings (`numpy.dtypes.StringDType`)."""
 
 _BLOCK = 1 << 14
+_SHOWN = ("code", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "class_size")
+"""The columns shown at the prompt."""
 _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Subset:
+class Subset(Table):
     """The chosen words as arrays with one entry per word; missing numbers are NaN.
 
     Attributes
     ----------
     selection : Selection
         What was chosen; ``selection.describe()`` puts it into words.
-    codes, status : ndarray of str, shape (N,)
+    code, status : ndarray of str, shape (N,)
         Least rotations, and values of `Status`.
     representative, time_reversal, symmetry, solver : ndarray of str, shape (N,)
         The class's least word, ``self`` or ``pair``, the symmetry label, and ``newton`` or
@@ -66,7 +70,7 @@ class Subset:
         The values of a at the first birth and death; NaN for a word without one, or if it is not stored.
     coordinates : ndarray, shape (sum of p,), or None
         Coordinates of all words, one word after another (see `of_period`), if you asked for them; NaN for
-        words that have none.
+        words that have none. `of_period`, `coordinates_of` and `plot` read them when they are needed.
     unfilled : str or None
         A line that names the chosen periods that are not filled or lack births.
     filled : tuple of int
@@ -81,16 +85,21 @@ class Subset:
     Examples
     --------
     >>> subset = catalogue.select(p="2-4", status="orbit", order="length")
-    >>> subset
+    >>> print(subset)
     <41 orbits of period 2 to 4 at a = 1.6>
-    >>> subset[0].code, subset[:3], "31" in subset
-    ('13', <3 of 41 orbits of period 2 to 4 at a = 1.6>, True)
-    >>> subset[subset.length > 12].codes.tolist()[:2]
+    >>> subset[:2]
+    <2 of 41 orbits of period 2 to 4 at a = 1.6>
+    code  p  status   length  lyapunov  lambda_d  lambda_c  class_size
+    13    2  orbit      10.4    4.2275   2.11375   0.40649           1
+    013   3  orbit   10.8507   4.39285   1.46428  0.404846           4
+    >>> subset[0].code, "31" in subset
+    ('13', True)
+    >>> subset[subset.length > 12].code.tolist()[:2]
     ['1155', '3344']
     """
 
     selection: Selection
-    codes: Texts
+    code: Texts
     p: Integers
     status: Texts
     representative: Texts
@@ -118,14 +127,19 @@ class Subset:
     by_class: bool = False
 
     def __len__(self) -> int:
-        return len(self.codes)
+        return len(self.code)
 
-    def __repr__(self) -> str:
+    def __str__(self) -> str:
         part = "" if self.total is None else f"{len(self)} of "
         total = len(self) if self.total is None else self.total
         of_classes = f"{several(total, 'class', 'classes')} of {self.selection.describe()}"
         text = part + (of_classes if self.by_class else self.selection.describe(count=total))
         return f"<{'; '.join(filter(None, [text if len(self) or not self.unfilled else '', self.unfilled]))}>"
+
+    def _columns_shown(self) -> dict[str, Sequence[Any]]:
+        first = self[:MOST_SHOWN]
+        columns = {name: getattr(first, name).tolist() for name in _SHOWN}
+        return columns | {"class_size": [size or None for size in columns["class_size"]]}
 
     def __iter__(self) -> Iterator[Orbit]:
         """Yield each word as an orbit."""
@@ -134,9 +148,9 @@ class Subset:
     def __contains__(self, word: object) -> bool:
         """Tell whether the subset contains a word, in any rotation, or an equal orbit."""
         if isinstance(word, Orbit):
-            return word in [*self[self.codes == word.code]]
+            return word in [*self[self.code == word.code]]
         try:
-            return isinstance(word, str) and least_rotation(parse(word)) in self.codes
+            return isinstance(word, str) and least_rotation(parse(word)) in self.code
         except WordError:
             return False
 
@@ -164,7 +178,7 @@ class Subset:
 
     def _orbit(self, n: int) -> Orbit:
         """Return word n as an orbit, without `exists`; coordinates that were not read are read when asked."""
-        word, a = str(self.codes[n]), self.selection.a
+        word, a = str(self.code[n]), self.selection.a
         if (pruned := pruned_word(word, a)) is not None:
             return replace(pruned, stored=True)
         status = Status(str(self.status[n]))
@@ -193,7 +207,22 @@ class Subset:
     @property
     def quarter_length(self) -> Floats:
         """Lengths of one traversal in the quarter stadium x, y >= 0, shape (N,)."""
-        return np.where(self.half == "", self.length, self.length / 2)
+        return self.length / self._parts
+
+    @property
+    def quarter_lyapunov(self) -> Floats:
+        """Lambda of one traversal in the quarter stadium, shape (N,)."""
+        return self.lyapunov / self._parts
+
+    @property
+    def quarter_maslov(self) -> Integers:
+        """Maslov indices of one traversal in the quarter stadium, shape (N,)."""
+        return self.maslov // self._parts
+
+    @property
+    def _parts(self) -> Integers:
+        """Numbers of traversals in the quarter for each in the full stadium: 2 if there is a `half`."""
+        return np.where(self.half == "", 1, 2)
 
     @property
     def lambda_d(self) -> Floats:
@@ -210,6 +239,14 @@ class Subset:
         """Bounds on the errors of `lambda_c`, shape (N,)."""
         return error_of_quotient(self.lambda_c, self.length, self.lyapunov_error, self.length_error)
 
+    @property
+    def area_slope(self) -> Floats:
+        """Derivatives of the areas in the curvature (`Orbit.area_slope`), shape (N,); needs coordinates."""
+        slopes, stadium = np.full(len(self), np.nan), Stadium(self.selection.a)
+        for p in np.unique(self.p).tolist():
+            slopes[self.p == p] = area_slopes(stadium, *self.of_period(p))
+        return slopes
+
     @cached_property
     def start(self) -> Integers:
         """Index in ``coordinates`` at which each word begins, and at which the last ends, shape (N + 1,)."""
@@ -223,12 +260,29 @@ class Subset:
         """Return the symbols of all words of one period, and their coordinates, each of shape (N_p, p)."""
         rows = np.flatnonzero(self.p == p)
         places = self.start[rows][:, None] + np.arange(p)
-        return from_strings(self.codes[rows].tolist()).reshape(-1, p), self._read()[places]
+        return from_strings(self.code[rows].tolist()).reshape(-1, p), self._read()[places]
 
     def _read(self) -> Floats:
-        if self.coordinates is None:
-            raise InputError("the coordinates were not read: use select(..., coordinates=True)")
-        return self.coordinates
+        return self._read_from_file if self.coordinates is None else self.coordinates
+
+    @cached_property
+    def _read_from_file(self) -> Floats:
+        """The coordinates of all words, as in ``coordinates``, read from the file."""
+        codes, periods = self.code.tolist(), self.p.tolist()
+        parts = dict(zip(codes, (np.full(p, np.nan) for p in periods), strict=True))
+        if self.path is not None and not np.isnan(self.length).all():
+            lengths = float(np.nanmin(self.length)), float(np.nanmax(self.length))
+            near = replace(
+                self.selection,
+                periods=((min(periods), max(periods)),),
+                ranges={**self.selection.ranges, "length": lengths},
+            )
+            with Store(self.path).snapshot() as moment:
+                chosen = choose(moment, near, by_class=self.by_class)
+                for block in blocks_of(moment, chosen, ("code", COORDINATES)):
+                    found = zip(*block, strict=True)
+                    parts |= {code: read for code, read in found if read is not None and code in parts}
+        return np.concatenate([np.zeros(0), *(parts[code] for code in codes)])
 
     def _columns(self) -> Iterator[tuple[str, Values]]:
         """Yield the columns of a table, with None where a word without a class has no value.
@@ -237,10 +291,12 @@ class Subset:
         """
         classless = (self.representative == "").tolist()
         for name in (*WRITTEN, "born", "dies"):
-            values: Any = self.codes if name == "code" else getattr(self, name, None)
+            if name == "area_slope" and self.coordinates is None:
+                continue
+            values: Any = getattr(self, name, None)
             kind = kind_of(name)
             if name == "rules":
-                pairs = zip(self.codes.tolist(), classless, strict=True)
+                pairs = zip(self.code.tolist(), classless, strict=True)
                 yield name, [list(rules_of(word)) if no else [] for word, no in pairs]
             elif name == "a":
                 yield name, np.full(len(self), self.selection.a)
@@ -323,13 +379,12 @@ class Subset:
         """Plot bounces in phase space, the number of orbits up to each length, or a sheet (extra ``plot``).
 
         The kind is ``phase-space``, as by default, ``lengths``, or ``sheet``, which shows each orbit in its
-        own picture. The phase space needs coordinates
-        (``select(..., coordinates=True)``). The axes `ax` are by default those of a new figure.
+        own picture. The axes `ax` are by default those of a new figure.
         """
         name = figure_name(kind, ("phase-space", "lengths", "sheet"))
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
-            raise InputError(f"there is nothing to draw in {self!r}")
+            raise InputError(f"there is nothing to draw in {self}")
         what: tuple[Any, ...] = ([*orbits],)
         if name == "lengths":
             what = orbits.length, np.ones(len(orbits))
@@ -340,7 +395,7 @@ class Subset:
         return drawn(name, what, self.selection.describe(), ax)
 
     def _repr_html_(self) -> str:
-        return html_of_orbits(repr(self).strip("<>"), [*self[:MOST_ROWS]], len(self))
+        return html_of_orbits(str(self).strip("<>"), [*self[:MOST_ROWS]], len(self))
 
 
 OF_ROWS = [field.name for field in fields(Subset)][1:-6]
@@ -348,12 +403,18 @@ OF_ROWS = [field.name for field in fields(Subset)][1:-6]
 
 
 def read_subset(
-    moment: Connection, selection: Selection, order: str, coordinates: bool, by_class: bool = False
+    moment: Connection,
+    selection: Selection,
+    order: str,
+    coordinates: bool,
+    by_class: bool = False,
+    limit: int | None = None,
 ) -> Subset:
     """Return the chosen words as arrays (`Catalogue.select`)."""
-    names = ["code", *OF_ROWS[1:], *([COORDINATES] if coordinates else [])]
+    chosen = choose(moment, selection, order, most=limit, counted=True, by_class=by_class)
+    names = [*OF_ROWS, *([COORDINATES] if coordinates else [])]
     parts: dict[str, list[Any]] = {name: [] for name in names}
-    for block in blocks_of(moment, choose(moment, selection, order, by_class=by_class), names):
+    for block in blocks_of(moment, chosen, names, last=limit):
         for name, values in zip(names, block, strict=True):  # arrays at once, because lists take more memory
             parts[name].append(values if name == COORDINATES else _array(name, values))
     places = _flat(parts.pop(COORDINATES), parts["p"]) if coordinates else None
@@ -362,8 +423,9 @@ def read_subset(
     }
     fills = [fill.p for fill in read_fills(moment, selection.a) if fill.whole and selection.includes(fill.p)]
     missing = unfilled(moment, selection) or lacking_births(moment, selection)
-    return Subset(selection, arrays.pop("code"), **arrays, coordinates=places, unfilled=missing,
-                  filled=tuple(fills), path=path_of(moment), by_class=by_class)  # fmt: skip
+    total = None if limit is None or limit >= len(chosen) else len(chosen)
+    return Subset(selection, **arrays, coordinates=places, unfilled=missing,
+                  filled=tuple(fills), total=total, path=path_of(moment), by_class=by_class)  # fmt: skip
 
 
 def _read_coordinates(path: Path, word: str, a: float) -> Floats | None:

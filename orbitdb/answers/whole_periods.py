@@ -17,7 +17,7 @@ from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rul
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.fills import Sweep, moments_of, read_fills, read_sweeps
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection, SelectionError

@@ -142,9 +142,10 @@ _LONG = 64
 """Above this number of unknowns, SciPy's banded solver is faster than a loop over the unknowns."""
 
 
-def solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
-    """Solve N positive definite cyclic tridiagonal systems of m >= 2 unknowns; rhs has shape (r, m, N).
+def solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats, definite: bool = True) -> Floats:
+    """Solve N cyclic tridiagonal systems of m >= 2 unknowns; rhs has shape (r, m, N).
 
+    They are positive definite, unless `definite` is false, or may be eliminated in any order all the same.
     The last unknown is split off. The others then form a tridiagonal system, which is solved for one
     additional right-hand side, the column of the last unknown. The numbers may be of any type, including
     balls.
@@ -152,7 +153,7 @@ def solve_cyclic(diagonal: Floats, beside: Floats, rhs: Floats) -> Floats:
     column = np.zeros_like(diagonal[:-1])
     column[0] += beside[0]
     column[-1] += beside[-1]
-    long = len(diagonal) > _LONG and diagonal.dtype == np.float64
+    long = definite and len(diagonal) > _LONG and diagonal.dtype == np.float64
     eliminate = _tridiagonal_long if long else tridiagonal
     solution = eliminate(diagonal[:-1], beside[1:-1], np.concatenate([rhs[:, :-1], column[None]]))
     plain, through = solution[:-1], solution[-1]

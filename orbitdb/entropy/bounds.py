@@ -84,9 +84,9 @@ class EntropyBounds(Record):
 
     @property
     def basis(self) -> str:
-        """What the bounds are based on, in words: the windows and the arithmetic."""
+        """What the bounds are based on, in words: the paths examined and the arithmetic."""
         how = "in ball arithmetic" if self.proof == BALLS else "in double precision with error bounds"
-        return f"windows of {self.window} edges {how}"
+        return f"all paths of {self.window + 1} bounces, {how}"
 
 
 Judge = Callable[[Windows, float, Tell | None], Decision]

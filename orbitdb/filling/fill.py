@@ -41,7 +41,7 @@ from orbitdb.symbols.symmetry import SIZES, class_of, joined_words
 from orbitdb.symbols.words import from_strings, key, keys, pack, parse_primitive, to_strings, unpack
 
 if TYPE_CHECKING:
-    from sqlalchemy import Connection
+    from orbitdb.store.connection import Connection
 
 
 @dataclass(frozen=True)

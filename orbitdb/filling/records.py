@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.answers.levels import ranges_not_stored, stored_levels
-from orbitdb.averages.exact_means import exact_means
+from orbitdb.averages.simulation import simulate as averages_of
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy.bounds import BALLS, DOUBLES, EntropyBounds, enclose, search
 from orbitdb.entropy.verdicts import decide
@@ -22,8 +22,6 @@ from orbitdb.store.file import reading
 from orbitdb.store.writing import Writer, add_reference, keep_bounds, keep_levels
 from orbitdb.text import exact, with_error
 from orbitdb.trajectories.ensemble import Reference
-from orbitdb.trajectories.ensemble import simulate as simulate_bounces
-from orbitdb.trajectories.legwise import simulate_legs
 
 if TYPE_CHECKING:
     from orbitdb.entropy.proof import Proof
@@ -46,9 +44,7 @@ def simulate(stadium: Stadium, bounces: int, seed: int, legwise: bool, tell: Tel
     def show(done: float, so_far: Reference) -> None:
         tell(done, 1.0, f"lambda_d = {with_error(so_far.lambda_d, so_far.lambda_d_error)}")
 
-    if legwise:
-        return simulate_legs(stadium, bounces, exact_means(stadium.a).growth, seed, show)
-    return simulate_bounces(stadium, bounces, seed, progress=show)
+    return averages_of(stadium, bounces, seed, progress=show, legwise=legwise)
 
 
 def check_writable(path: Path) -> None:

@@ -21,7 +21,7 @@ from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.pruning import count_admissible
 
 if TYPE_CHECKING:
-    from sqlalchemy import Connection
+    from orbitdb.store.connection import Connection
 
 
 class Step(NamedTuple):

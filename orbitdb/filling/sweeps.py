@@ -31,7 +31,7 @@ from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 
 if TYPE_CHECKING:
-    from sqlalchemy import Connection
+    from orbitdb.store.connection import Connection
 
 Tilts = Mapping[int, Floats]
 

@@ -129,7 +129,8 @@ JOINTS = ("bottom left", "bottom right", "top left", "top right")
 LOW = 1e-3
 """Lowest a of the grid; below it, doubles show spurious zeros, because some slacks behave like a^5."""
 _HIGH, _HIGH_A_SQUARE = 60.0, 0.2
-"""The grid ends at the larger of 60 and 0.2 p^2; the largest birth of period p is 0.148 p^2 at p = 30."""
+"""The grid ends at the larger of 60 and 0.2 p^2; the largest a at which a word of period 30 is born is
+0.148 p^2."""
 _CELL = 0.275
 """Step of the grid in ln a."""
 FINER = (1, 4, 16)

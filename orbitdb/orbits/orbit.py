@@ -14,6 +14,7 @@ from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.extras import Drawn
+from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.plane import symbol_plane
 from orbitdb.symbols.pruning import FAMILY, rules_of
@@ -151,6 +152,16 @@ class Orbit(Drawn):
         return None if self.length is None else self.length / (2 if self.half else 1)
 
     @property
+    def quarter_lyapunov(self) -> float | None:
+        """Lambda of one traversal in the quarter stadium: lambda / 2 if there is a `half`, else lambda."""
+        return None if self.lyapunov is None else self.lyapunov / (2 if self.half else 1)
+
+    @property
+    def quarter_maslov(self) -> int | None:
+        """Maslov index of one traversal in the quarter stadium: `maslov` / 2 if there is a `half`."""
+        return None if self.maslov is None else self.maslov // (2 if self.half else 1)
+
+    @property
     def lambda_d(self) -> float | None:
         """Lambda per bounce, or None if there is no orbit."""
         return None if self.lyapunov is None else self.lyapunov / self.p
@@ -258,6 +269,16 @@ class Orbit(Drawn):
         if self.lyapunov is None:
             return None
         return float(np.exp(self.lyapunov) + np.exp(-self.lyapunov)) * (-1.0) ** self.walls
+
+    @property
+    def area_slope(self) -> float | None:
+        """Derivative of the enclosed area in the curvature of the path, at zero, in radius^3, or None.
+
+        In a weak magnetic field, S = L - kappa area - kappa^2 area_slope / 2 is the action.
+        """
+        if self.coordinates is None:
+            return None
+        return float(area_slopes(Stadium(self.a), from_strings([self.code]), self._one_row())[0])
 
     def reverse(self) -> "Orbit":
         """Return the time-reversed orbit, which traverses the same path in the opposite direction."""

@@ -55,7 +55,7 @@ class Status(StrEnum):
 _SENTENCES = {
     Status.ORBIT: "an unstable periodic orbit",
     Status.GEOMETRIC: "geometrically pruned: no orbit at any a",
-    Status.DYNAMICAL: "dynamically pruned: its fixed point leaves the stadium at this a",
+    Status.DYNAMICAL: "dynamically pruned: its closed path leaves the stadium at this a",
     Status.BOUNDARY: "runs exactly through a joint of wall and semicircle: not counted",
     Status.FAMILY: "the bouncing-ball family: marginal and not isolated, so never counted",
     Status.UNRESOLVED: "not decided",

@@ -11,10 +11,11 @@ from typing import Any, Literal
 
 from orbitdb.errors import InputError
 
-Source = Literal["orbit", "orbits", "wave", "catalogue", "object"]
+Source = Literal["orbit", "orbits", "word", "wave", "catalogue", "object"]
 """What a figure is drawn from.
 
-``orbit``, ``orbits`` and ``wave`` figures get orbits, or the wave of a level and perhaps an orbit;
+``orbit``, ``orbits`` and ``wave`` figures get orbits, or the wave of a level and perhaps an orbit; ``word``
+figures get a word, which need not be an orbit, and a;
 ``catalogue`` figures get a catalogue and a selection, or several of them; those of an ``object`` are drawn
 only by the ``.plot()`` of an object.
 """
@@ -71,6 +72,10 @@ FIGURES: list[Figure] = [
     Figure(
         "orbit", "the path of WORD in the stadium (Fig. 1 of the paper)",
         "orbits.orbit", "paths.draw_orbit", source="orbit", takes=WORD,
+    ),
+    Figure(
+        "orbit", whole="magnetic.orbit_in_field", source="word", takes=(*WORD, "kappa"), passes=("kappa",),
+        when=("kappa",),
     ),
     Figure("reverse", "WORD above its time reverse (Fig. 4)", "orbits.reverse", source="orbit", takes=WORD),
     Figure(
@@ -143,6 +148,11 @@ FIGURES: list[Figure] = [
     Figure(
         "husimi", "the Husimi function of that level, with the bounces of WORD",
         "waves.husimi", "waves.draw_husimi", source="wave", takes=(*WORD, "k", "parity"),
+    ),
+    Figure(
+        "field", "the actions of WORD and its reverse in a magnetic field, against kappa",
+        "magnetic.actions_in_field", "magnetic.draw_actions", source="word", takes=(*WORD, "kappa"),
+        passes=("kappa",),
     ),
     Figure("path", axes="paths.draw_path", source="object"),
 ]  # fmt: skip

@@ -103,7 +103,7 @@ def _points(subset: Subset) -> Points:
     parts = []
     for p in np.unique(subset.p).tolist():
         rows = np.flatnonzero(subset.p == p)
-        words = from_strings(subset.codes[rows].tolist())
+        words = from_strings(subset.code[rows].tolist())
         orbit = np.repeat(subset.status[rows] == Status.ORBIT.value, p)
         parts.append(Points(points_of(words).reshape(-1, 2), (PIECE[words] % 2 == 1).ravel(), orbit))
     return Points(*map(np.concatenate, zip(*parts, strict=True)))

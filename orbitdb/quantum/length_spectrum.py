@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 
 
 COLUMNS = ("length", "quantum_re", "quantum_im", "orbits_re", "orbits_im")
-TERMS = ("code", "repetition", "length", "index", "sign", "amplitude_re", "amplitude_im")
+TERMS = (
+    "code", "p", "repetition", "length", "lyapunov", "index", "sign", "amplitude_re", "amplitude_im",
+)  # fmt: skip
 _FAMILY = "02"
 
 
@@ -144,25 +146,24 @@ class Spectrum(Drawn):
     def term_rows(self) -> list[tuple[Any, ...]]:
         """Return the terms Re(A exp(i k l)) with lengths l in the range of `length`, bouncing balls last.
 
-        Each row has the values of `TERMS`: the code of the representative (02 for the bouncing balls), the
-        number of traversals of the orbit or, for one parity, of its half if it has one, the length of all
-        these traversals (in units of the radius), their Maslov index, the sign of the parity, and the real
-        and imaginary part of A (in units of the radius), which is ``sign abs(A) exp(-i index pi / 2)``. For
-        the bouncing balls, A depends on k and is given at k_max / 2; they have no index and sign.
+        Each row has the values of `TERMS`: the code of the representative (02 for the bouncing balls), its
+        period, the number of traversals of the orbit or, for one parity, of its half if it has one, the
+        length (in units of the radius), lambda and Maslov index of all these traversals, the sign of the
+        parity, and the real and imaginary part of A (in units of the radius), which is ``sign abs(A) exp(-i
+        index pi / 2)``. For the bouncing balls, A depends on k and is given at k_max / 2; they have no
+        lambda, index and sign.
         """
         low, high = self.length[[0, -1]]
         inside = self.terms.rows((self.terms.length >= low) & (self.terms.length <= high))
         terms = inside.rows(np.lexsort([inside.length, inside.orbit < 0]))
         of_orbit = terms.orbit >= 0
         codes = np.append(self.codes, _FAMILY)[terms.orbit].tolist()
-        phases = [
-            [value if own else None for value, own in zip(values.tolist(), of_orbit.tolist(), strict=True)]
-            for values in (terms.maslov, terms.sign)
+        own = [
+            [value if belongs else None for value, belongs in zip(values, of_orbit.tolist(), strict=True)]
+            for values in (terms.lyapunov.tolist(), terms.maslov.tolist(), terms.sign.tolist())
         ]
-        amplitudes = _parts(terms.amplitude + 0.0)
-        return list(
-            zip(codes, terms.repetitions.tolist(), terms.length.tolist(), *phases, *amplitudes, strict=True)
-        )
+        shared = terms.repetitions.tolist(), terms.length.tolist()
+        return list(zip(codes, map(len, codes), *shared, *own, *_parts(terms.amplitude + 0.0), strict=True))
 
     def peaks(self, most: int = 5) -> Iterator[Peak]:
         """Yield up to `most` of the strongest orbits of each peak, in ascending order of the peak length."""

@@ -18,7 +18,7 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.errors import InputError
-from orbitdb.extras import Drawn, data_frame
+from orbitdb.extras import Drawn, Table, data_frame
 from orbitdb.quantum.condensation import Interiors, eigenfunctions, one_thread
 from orbitdb.quantum.elements import grid, quarter_stadium
 from orbitdb.quantum.weyl import Parity, parities_of, wavenumber, weyl
@@ -171,7 +171,7 @@ def in_order(tasks: Iterable[LevelTask]) -> list[LevelTask]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Levels(Drawn):
+class Levels(Table, Drawn):
     """All levels of the given parities in a range of k; `plot` draws their staircase and Weyl's law.
 
     It also draws their ``spacings``, or with ``rigidity`` Delta_3.
@@ -195,7 +195,7 @@ class Levels(Drawn):
 
     Examples
     --------
-    >>> levels(1.6, 3)
+    >>> print(levels(1.6, 3))
     <4 levels from k = 0 to 3 at a = 1.6>
     """
 
@@ -228,20 +228,23 @@ class Levels(Drawn):
     def __len__(self) -> int:
         return len(self.k)
 
-    def __repr__(self) -> str:
+    def __str__(self) -> str:
         of = "" if len(self.parities) == len(Parity) else f" {', '.join(self.parities)}"
         levels = several(len(self), "level")
         return f"<{levels}{of} from k = {self.low:g} to {self.high:g} at a = {exact(self.a)}>"
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a data frame with the columns ``k``, ``error`` and ``parity``."""
-        return data_frame({"k": self.k, "error": self.error, "parity": self.parity})
+        return data_frame(self._columns_shown())
+
+    def _columns_shown(self) -> dict[str, Any]:
+        return {"k": self.k, "error": self.error, "parity": self.parity}
 
     _FIGURES = ("staircase", "spacings", "rigidity")
 
     def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
         parts = {parity: self.k[self.parity == parity] for parity in self.parities}
-        return (self,) if name == "staircase" else (self.a, parts), repr(self).strip("<>")
+        return (self,) if name == "staircase" else (self.a, parts), str(self).strip("<>")
 
 
 def levels(

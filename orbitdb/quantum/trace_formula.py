@@ -55,6 +55,8 @@ class Terms(NamedTuple):
         1 if the term belongs to a full orbit, 2 if it belongs to a half orbit.
     maslov : ndarray of int64, shape (N,)
         Maslov index of all these traversals; -1 for the bouncing balls, which have none.
+    lyapunov : ndarray, shape (N,)
+        Lambda of all these traversals; NaN for the bouncing balls, which are not isolated.
     """
 
     length: Floats
@@ -63,6 +65,7 @@ class Terms(NamedTuple):
     repetitions: Integers
     parts: Integers
     maslov: Integers
+    lyapunov: Floats
 
     @property
     def sign(self) -> Integers:
@@ -99,11 +102,13 @@ def orbit_terms(classes: OrbitClasses, longest: float, parity: Parity | None = N
     orbit = np.repeat(orbit, times)
     index = r * maslov[orbit]
     phase = np.array([1, -1j, -1, 1j])[index % 4]
-    half = np.minimum(r * lyapunov[orbit] / 2, _LARGEST)
+    grown = r * lyapunov[orbit]
+    half = np.minimum(grown / 2, _LARGEST)
     cosh = (negative[orbit] & (r % 2 == 1)) ^ other_side
     root = np.where(cosh, 2 * np.cosh(half), 2 * np.sinh(half))
     size = weight[orbit] * length[orbit] / (math.pi * root) * np.where(other_side, y, 1)
-    return Terms(r * length[orbit], phase * (sign[orbit] ** r * size), orbit, r, parts[orbit], index)
+    amplitude = phase * (sign[orbit] ** r * size)
+    return Terms(r * length[orbit], amplitude, orbit, r, parts[orbit], index, grown)
 
 
 def _spatial(of: OrbitClasses) -> tuple[Integers, Integers]:
@@ -153,7 +158,7 @@ def family_terms(stadium: Stadium, k_max: float, longest: float, parity: Parity 
     once = 4 if parity is None else 2
     amplitude, times = waves * np.exp(-1j * middle * length), length.astype(int) // once
     none, parts = np.full(len(balls), -1), np.full(len(balls), 4 // once)
-    return Terms(length, amplitude, none, times, parts, none)
+    return Terms(length, amplitude, none, times, parts, none, np.full(len(balls), np.nan))
 
 
 def family_count(stadium: Stadium, k: Floats, longest: float, parity: Parity | None = None) -> Floats:

@@ -111,7 +111,7 @@ def check_levels(
         If there are too few levels, one is not positive and finite, or their number is far from Weyl's law.
         A window is compared with the number of levels that Weyl's law expects between its ends.
     """
-    k = as_floats(levels, "the levels are no numbers: give one row of numbers")
+    k = as_floats(levels, "the levels must be numbers: give one row of wavenumbers k")
     if k.ndim != 1:
         raise InputError(f"the levels have shape {k.shape}: give one row of numbers")
     k = np.sort(k)
@@ -154,9 +154,12 @@ def _remedy(k: Floats, window: bool, stadium: Stadium, parity: Parity | None) ->
     if _plausible(len(k), low**2, high**2, stadium, parity):
         return "they look like wavenumbers, not energies"
     if parity is not None and _plausible(len(k), low, high, stadium, None):
-        return "they look like the levels of all parities: give no parity"
+        return "they look like the levels of all parities: leave out --parity (in Python parity)"
     if parity is None and any(_plausible(len(k), low, high, stadium, one) for one in Parity):
-        return "they look like the levels of one parity: name it"
+        return "they look like the levels of one parity: name it, such as --parity oo (in Python parity='oo')"
     if not window and _plausible(len(k), float(k[0]), high, stadium, parity):
-        return "they look like a window, a list that begins above the lowest level: assess them as a window"
+        return (
+            "they look like a window, a list that begins above the lowest level: use --window (in Python "
+            "window=True)"
+        )
     return "check the parity, a and the unit: k is in 1/radius"

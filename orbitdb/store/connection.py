@@ -13,7 +13,7 @@ import sqlite3
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -28,7 +28,7 @@ from orbitdb.errors import StoreError
 from orbitdb.store.paths import check_same_file, file_id, journal_files
 from orbitdb.store.tables import PAGE_SIZE
 from orbitdb.store.views import view_texts
-from orbitdb.symbols.words import WordError, least_rotation, parse_primitive
+from orbitdb.symbols.words import WordError, contains_cyclic, least_rotation, parse, parse_primitive
 
 __all__ = ["ClosedError", "Connection"]  # of SQLAlchemy, for all that ask the store
 
@@ -51,6 +51,13 @@ DATABASE_ERRORS = (sqlite3.Error, StatementError, UnicodeDecodeError)
 """What reading or writing a file can raise; SQLAlchemy wraps the errors of the driver."""
 
 
+FUNCTIONS = ("code", "contains")
+"""The SQL functions of words (`Driver.add_functions`)."""
+
+_CACHED = 64
+"""Number of words or patterns whose symbols such a function keeps."""
+
+
 def never() -> bool:
     """Return False: the query is never cancelled."""
     return False
@@ -64,7 +71,7 @@ class Driver(sqlite3.Connection):
     path : Path
         The path of the file.
     refusal : str
-        Why the function ``code()`` last failed; SQLite does not pass this on.
+        Why ``code()`` or ``contains()`` last failed; SQLite does not pass this on.
     alone : bool
         Whether it reads the file without locks and journal (`read_alone`).
     used : bool
@@ -79,24 +86,41 @@ class Driver(sqlite3.Connection):
     used = False
     cancelled: Callable[[], bool] = staticmethod(never)
 
-    def add_code(self, strict: bool = False) -> None:
-        """Add the SQL function ``code()``, the least rotation of a word; NULL for anything else.
+    def add_functions(self, strict: bool = False) -> None:
+        """Add the SQL functions `FUNCTIONS` of words; they are NULL for anything that is no word.
 
-        With `strict`, it fails for texts and numbers that are no words.
+        ``code(word)`` is the least rotation of a word. ``contains(word, pattern)`` is 1 if the pattern occurs
+        in the cyclic word, else 0. With `strict`, for a catalogue of one empty row, they fail
+        for texts and numbers that are no words, and for arguments in the wrong order.
         """
+        primitive, symbols = lru_cache(_CACHED)(parse_primitive), lru_cache(_CACHED)(parse)
 
-        def code(word: object) -> str | None:
+        def read(value: object, parsed: Callable[[str], str], call: str) -> str | None:
             try:
-                if not isinstance(word, str):
-                    raise WordError(f"codes are texts, so write '{word}', in quotes")
-                return least_rotation(parse_primitive(word))
+                if not isinstance(value, str):
+                    raise WordError(f"codes are texts, so write '{value}', in quotes")
+                return parsed(value)
             except WordError as error:
-                if strict and word is not None:
-                    self.refusal = f"code({word!r:.40}): {error}"
+                if strict and value is not None:
+                    self.refusal = f"{call.format(f'{value!r:.40}')}: {error}"
                     raise
             return None
 
+        def code(word: object) -> str | None:
+            found = read(word, primitive, "code({})")
+            return None if found is None else least_rotation(found)
+
+        def contains(word: object, pattern: object) -> bool | None:
+            found = read(pattern, symbols, "contains(..., {})")
+            if strict and pattern is None and word is not None:  # all columns are NULL there
+                self.refusal = "contains() takes the word first: write contains(code, '0202')"
+                raise WordError(self.refusal)
+            if found is None or not (isinstance(word, str) and word):
+                return None
+            return contains_cyclic(word, found)
+
         self.create_function("code", 1, code, deterministic=True)
+        self.create_function("contains", 2, contains, deterministic=True)
 
 
 def driver_of(connection: sa.Connection) -> Driver:
@@ -151,7 +175,7 @@ def _reader(path: Path, alone: bool) -> Driver:
         views = {text for (text,) in driver.execute("SELECT sql FROM sqlite_master WHERE type = 'view'")}
         for text in set(view_texts().values()) - views:  # those of another version are for other programs
             driver.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
-        driver.add_code()
+        driver.add_functions()
         driver.execute("PRAGMA query_only = ON")
         driver.execute(f"PRAGMA cache_size = -{_CACHE}")
     except BaseException:

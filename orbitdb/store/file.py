@@ -163,7 +163,8 @@ class Store:
     path : Path
         Absolute path of the file.
     engine : sqlalchemy.Engine
-        Its connections read the tables and views of `orbitdb sql`, and know ``code()``; they cannot write.
+        Its connections read the tables and views of `orbitdb sql`, and know ``code()`` and ``contains()``;
+        they cannot write.
 
     Raises
     ------
@@ -262,7 +263,7 @@ def _open_empty(path: Path) -> Driver:
     """Return an empty catalogue in memory, for a path without a file."""
     driver = open_sqlite("file::memory:")
     driver.path = path
-    driver.add_code()
+    driver.add_functions()
     with make_engine(lambda: driver, "BEGIN", StaticPool).begin() as connection:
         _create(connection)
     return driver

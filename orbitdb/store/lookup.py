@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Connection, Integer, and_, cast, func, or_, select, true
+from sqlalchemy import REAL, Connection, Integer, and_, bindparam, cast, func, or_, select, true
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.errors import InputError
@@ -21,12 +21,21 @@ from orbitdb.text import exact
 
 Lives = tuple[tuple[float, float | None], ...]
 
-_STORED = select(
-    t.cycle.c.time_reversal,
-    t.cycle.c.symmetry,
-    t.cycle.c.class_size,
-    *(t.orbit.c[name] for name in ("status", "coordinates", "solver", *NUMBERS)),
-).join_from(t.orbit, t.cycle, t.cycle.c.id == t.orbit.c.cycle)
+# Statements that are asked word by word are built once, which takes longer than their answer.
+_NUMBER, _HALF_LENGTH = bindparam("number", type_=Integer), bindparam("half_length", type_=REAL)
+_STORED = (
+    select(
+        t.cycle.c.time_reversal,
+        t.cycle.c.symmetry,
+        t.cycle.c.class_size,
+        *(t.orbit.c[name] for name in ("status", "coordinates", "solver", *NUMBERS)),
+    )
+    .join_from(t.orbit, t.cycle, t.cycle.c.id == t.orbit.c.cycle)
+    .where(t.orbit.c.cycle == _NUMBER, t.at_a(t.orbit, _HALF_LENGTH))
+)
+_LIVES = (
+    select(func.coalesce(life.c.born, 0.0), life.c.dies).where(life.c.cycle == _NUMBER).order_by(life.c.born)
+)
 
 
 def find_word(connection: Connection, word: str, a: float) -> Orbit | None:
@@ -37,8 +46,7 @@ def find_word(connection: Connection, word: str, a: float) -> Orbit | None:
         return None if present is None else replace(pruned, stored=True)
     family = symmetry.class_of(word)
     number = t.class_id(connection, family.representative)
-    query = _STORED.where(t.orbit.c.cycle == number, t.at_a(t.orbit, a))
-    stored = connection.execute(query).mappings().one_or_none()
+    stored = connection.execute(_STORED, {"number": number, "half_length": a}).mappings().one_or_none()
     if stored is None:
         return None
     row = dict(stored)
@@ -58,8 +66,7 @@ def lives_of(connection: Connection, representative: str) -> Lives | None:
     """Return the ranges of a in which a class is an orbit, or None if no births of it are stored."""
     if len(representative) > MAX_KEYED:
         return None
-    query = select(func.coalesce(life.c.born, 0.0), life.c.dies).where(life.c.cycle == key(representative))
-    rows = connection.execute(query.order_by(life.c.born))
+    rows = connection.execute(_LIVES, {"number": key(representative)})
     return tuple((born, dies) for born, dies in rows) or None
 
 

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
-from sqlalchemy import ColumnElement, FromClause, Integer, Select, func, select, type_coerce
+from sqlalchemy import Boolean, ColumnElement, FromClause, Integer, Select, func, select, type_coerce
+from sqlalchemy.sql.base import ReadOnlyColumnCollection
 
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
@@ -271,10 +272,21 @@ def conditions_of(selection: Selection, view: FromClause) -> list[ColumnElement[
         found += [] if low is None else [own[name] >= low]
         found += [] if high is None else [own[name] <= high]
     if selection.contains is not None:
-        found.append(func.instr(own.code.concat(own.code), selection.contains) > 0)
+        found.append(_has(own, selection.contains))
+    found += [sa.not_(_has(own, pattern)) for pattern in selection.without]
     if selection.where is not None:
-        found.append(sa.type_coerce(expression(selection.where, selection.parameters), sa.Boolean))
+        found.append(type_coerce(expression(selection.where, selection.parameters), Boolean))
     return found
+
+
+def _has(own: ReadOnlyColumnCollection[str, Any], pattern: str) -> ColumnElement[bool]:
+    """Return the condition that a cyclic word contains a pattern.
+
+    SQLite's own function is faster, but sees all positions only if the pattern is short enough.
+    """
+    inside = func.instr(own.code.concat(own.code), pattern) > 0
+    found = func.iif(own.p >= len(pattern) - 1, inside, func.contains(own.code, pattern))
+    return type_coerce(found, Boolean)
 
 
 def _lives_at(view: FromClause, a: float) -> ColumnElement[Any]:
@@ -298,7 +310,7 @@ def is_of_classes(selection: Selection) -> bool:
     Raises `SelectionError` if the expression of the selection is invalid.
     """
     by_class = selection.where is None or of_classes(selection.where, selection.parameters)
-    return by_class and selection.contains is None
+    return by_class and selection.contains is None and not selection.without
 
 
 def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:

@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 from sqlalchemy import ColumnElement, Connection, FromClause, func, null, select
 
 from orbitdb.arrays import Floats, Integers, Masks, Places, Values
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import kind_of
 from orbitdb.errors import AlteredError, DeletedError
+from orbitdb.magnetic.action import area_slopes
 from orbitdb.store import views
 from orbitdb.store.connection import driver_of
 from orbitdb.store.selection import Selection, unknown_column
@@ -222,8 +224,9 @@ def _aligned(codes: Integers, p: int) -> Integers:
 
 
 COORDINATES = "coordinates"
-COLUMNS = (*views.CLASS_COLUMNS, *views.WORD_COLUMNS, COORDINATES)
-"""The columns that can be read: those of the view ``catalogue``, and the coordinates."""
+AREA_SLOPE = "area_slope"
+COLUMNS = (*views.CLASS_COLUMNS, *views.WORD_COLUMNS, COORDINATES, AREA_SLOPE)
+"""The columns that can be read: those of the view ``catalogue``, the coordinates, and computed ones."""
 
 ROWS, _LONG_ROWS = 1 << 13, 16
 """Numbers of rows per block; the second is for words too long for a key, of up to a million symbols."""
@@ -257,6 +260,8 @@ def blocks_of(
             ids, inverse = np.unique(words.ids[part], return_inverse=True)
             try:
                 shared = _classes(connection, chosen.selection.a, ids, names)
+                if AREA_SLOPE in names:
+                    shared[AREA_SLOPE] = _area_slopes(chosen.selection.a, shared)
                 block = _Block(shared, inverse, words.places[part])
                 columns = [block.column(name) for name in names]
             except _MissingError as error:
@@ -289,8 +294,9 @@ def plain(column: Values) -> Sequence[Any]:
 
 def _classes(connection: Connection, a: float, ids: Integers, wanted: Sequence[str]) -> dict[str, Any]:
     """Return the columns that are needed, with classes in the order of ids."""
+    needed = [COORDINATES if name == AREA_SLOPE else name for name in wanted]
     shared = [
-        name for name in wanted if name in views.CLASS_COLUMNS or name in (COORDINATES, "rules", "area")
+        name for name in needed if name in views.CLASS_COLUMNS or name in (COORDINATES, "rules", "area")
     ]
     names = tuple(dict.fromkeys(["p", "representative", "words", "symmetry", *shared]))
     pruned = views.pruned_at(a)
@@ -313,6 +319,21 @@ def _classes(connection: Connection, a: float, ids: Integers, wanted: Sequence[s
 
 def _of_classes(view: FromClause, name: str) -> ColumnElement[Any]:
     return view.c[name] if name in view.c else null()
+
+
+def _area_slopes(a: float, shared: dict[str, Any]) -> list[float | None]:
+    """Return the derivatives of the areas of classes in the curvature; None for classes without an orbit."""
+    slopes: list[float | None] = [None] * len(shared["p"])
+    groups: dict[int, list[int]] = {}
+    for row, (p, blob) in enumerate(zip(shared["p"], shared[COORDINATES], strict=True)):
+        if blob is not None:
+            groups.setdefault(p, []).append(row)
+    for p, rows in groups.items():
+        words = from_strings([shared["representative"][row] for row in rows])
+        places = np.frombuffer(b"".join(shared[COORDINATES][row] for row in rows), dtype="<f8")
+        for row, slope in zip(rows, area_slopes(Stadium(a), words, places.reshape(-1, p)), strict=True):
+            slopes[row] = float(slope)
+    return slopes
 
 
 class _Block:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from inspect import Parameter, Signature, signature
-from numbers import Real
+from numbers import Integral, Real
 from typing import Any, TypeAlias, TypedDict, TypeVar, Unpack
 
 from orbitdb.billiard import USUAL_A
@@ -19,8 +19,13 @@ from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.symbols.words import parse
 from orbitdb.text import exact, guess, printable, real, several, shortened, whole
 
-MEASURES = ("length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies")
+MEASURES = (
+    "length", "quarter_length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies", "walls",
+)  # fmt: skip
 """The columns that a selection can bound from below and above."""
+
+COUNTED = ("walls",)
+"""Those that are whole numbers: a single value stands for itself."""
 
 Bounds: TypeAlias = tuple[float | None, float | None]
 """The least and the greatest value, both included; None if there is no limit."""
@@ -50,6 +55,8 @@ class Selection:
         The exact symmetry label, such as ``x,T,xT``.
     contains : str or None
         Consecutive symbols of the word, read cyclically.
+    without : tuple of str
+        Patterns of consecutive symbols that the word must not contain, read cyclically.
     exists, not_at : tuple of float
         Values of a at which the word must be an orbit, and at which it must not be, judged by its births.
     ranges : mapping of str to (float or None, float or None)
@@ -66,6 +73,7 @@ class Selection:
     time_reversal: str | None = None
     symmetry: str | None = None
     contains: str | None = None
+    without: tuple[str, ...] = ()
     exists: tuple[float, ...] = ()
     not_at: tuple[float, ...] = ()
     ranges: Mapping[str, Bounds] = field(default_factory=dict, hash=False)
@@ -85,7 +93,9 @@ class Selection:
             parts.append(f"of period {', '.join(spans)}")
         parts.append(f"at a = {_listed_values(stadiums or (self.a,))}")
         if self.time_reversal:
-            parts.append((_REVERSAL_OF_ONE if count == 1 else REVERSALS)[self.time_reversal])
+            said = (_REVERSAL_OF_ONE if count == 1 else REVERSALS)[self.time_reversal]
+            exist = self.statuses and {Status.ORBIT, Status.BOUNDARY}.issuperset(self.statuses)
+            parts.append(said.format(another="orbit" if exist else "word"))
         return " ".join(filter(None, [*map(printable, parts), self.describe_rest(count)]))
 
     def describe_rest(self, count: int | None = None) -> str:
@@ -95,6 +105,8 @@ class Selection:
             parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")
         if self.contains:
             parts.append(f"containing {shortened(self.contains, 60)}")
+        if self.without:
+            parts.append(f"without {' or '.join(shortened(pattern, 60) for pattern in self.without)}")
         if self.exists or self.not_at:
             lists = (("", self.exists), ("not " if self.exists else "", self.not_at))
             spans = [f"{no}at a = {', '.join(map(exact, values))}" for no, values in lists if values]
@@ -122,7 +134,7 @@ _SUBJECTS = {
     Status.FAMILY: ("bouncing-ball family", "bouncing-ball families"),
     Status.UNRESOLVED: ("unresolved word", "unresolved words"),
 }
-REVERSALS = {"self": "that retrace their path", "pair": "whose time reverse is another orbit"}
+REVERSALS = {"self": "that retrace their path", "pair": "whose time reverse is another {another}"}
 _REVERSAL_OF_ONE = REVERSALS | {"self": "that retraces its path"}
 
 
@@ -134,6 +146,8 @@ def _listed_values(values: Sequence[float]) -> str:
 def _span(name: str, low: float | None, high: float | None) -> str:
     if low is None:
         return f"{name} <= {'' if high is None else exact(high)}"
+    if low == high:
+        return f"{name} = {exact(low)}"
     return f"{name} >= {exact(low)}" if high is None else f"{exact(low)} <= {name} <= {exact(high)}"
 
 
@@ -209,17 +223,20 @@ class Criteria(TypedDict, total=False):
     time_reversal: str | None
     symmetry: str | None
     contains: str | None
+    without: str | Iterable[str] | None
     exists: float | Iterable[float]
     not_at: float | Iterable[float]
     where: str | None
     parameters: Mapping[str, str | int | float] | None
     length: Bounds | None
+    quarter_length: Bounds | None
     lyapunov: Bounds | None
     lambda_d: Bounds | None
     lambda_c: Bounds | None
     margin: Bounds | None
     born: Bounds | None
     dies: Bounds | None
+    walls: int | Bounds | None
 
 
 _Method = TypeVar("_Method", bound=Callable[..., Any])
@@ -266,6 +283,7 @@ def chosen_by(**criteria: Unpack[Criteria]) -> Selection:
         time_reversal=reversal,
         symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
         contains=parse(given["contains"]) if "contains" in given else None,
+        without=_patterns(given.get("without", ())),
         exists=_half_lengths(given.get("exists", ())),
         not_at=_half_lengths(given.get("not_at", ())),
         ranges={name: bounds for name, bounds in ranges.items() if bounds != (None, None)},
@@ -293,7 +311,8 @@ def _listed(value: object) -> str:
 
 def _pair(name: str, bounds: object) -> Bounds:
     """Return bounds, after checking that they are a pair of numbers or None in ascending order."""
-    pair = tuple(bounds) if isinstance(bounds, tuple | list) else ()
+    alone = name in COUNTED and isinstance(bounds, Integral)
+    pair = (bounds, bounds) if alone else tuple(bounds) if isinstance(bounds, tuple | list) else ()
     numbers = [bound for bound in pair if bound is not None]
     if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
         raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10); either can be None")
@@ -340,7 +359,8 @@ def parse_bound(text: str) -> tuple[str, Bounds]:
     if name not in MEASURES:
         raise SelectionError(f"range {text!r}: name one of {', '.join(MEASURES)}, as in length=3:10")
     try:
-        low, high = (real(end) if end.strip() else None for end in span.split(":"))
+        ends = [span] * 2 if name in COUNTED and ":" not in span else span.split(":")
+        low, high = (real(end) if end.strip() else None for end in ends)
         if (low, high) == (None, None) or low != low or high != high:
             raise ValueError(text)
     except ValueError:
@@ -391,6 +411,12 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
             f"status {text!r}: the bouncing-ball family is never stored: 'orbitdb query 02' describes it"
         )
     return statuses
+
+
+def _patterns(values: str | Iterable[str]) -> tuple[str, ...]:
+    """Check one or more patterns of symbols, and drop duplicates."""
+    patterns = (values,) if isinstance(values, str) or not isinstance(values, Iterable) else values
+    return tuple(dict.fromkeys(map(parse, patterns)))
 
 
 def _half_lengths(values: float | Iterable[float]) -> tuple[float, ...]:

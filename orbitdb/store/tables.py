@@ -10,6 +10,7 @@ from typing import Any
 
 from sqlalchemy import (
     REAL,
+    BindParameter,
     Column,
     ColumnElement,
     Connection,
@@ -313,7 +314,7 @@ revision = Table(
 """The table in which Alembic keeps the revision of the file."""
 
 
-def at_a(table: FromClause, a: float) -> ColumnElement[bool]:
+def at_a(table: FromClause, a: float | BindParameter[float]) -> ColumnElement[bool]:
     """Return the condition for rows of one value of a, in a table that refers to `stadium`."""
     own = select(stadium.c.id).where(stadium.c.a == a).correlate(None).scalar_subquery()
     return table.c.stadium == own

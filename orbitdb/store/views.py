@@ -35,6 +35,8 @@ Expressions = Mapping[str, ColumnElement[Any]]
 
 _symmetries = literal(",") + t.cycle.c.symmetry + ","
 _half = case(*((_symmetries.like(f"%,{name},%"), name) for name in ("x", "y", "xy")))
+_parts = case((_half.is_(None), 1), else_=2)
+_maslov = 3 * t.cycle.c.p - t.cycle.c.walls
 _lambda_c = t.orbit.c.lyapunov / t.orbit.c.length
 _length_left = t.orbit.c.length - t.orbit.c.length_error
 
@@ -54,13 +56,15 @@ CLASS_COLUMNS: Expressions = {
     "born": _end(func.nullif(t.change.c.a, 0.0), 1),
     "dies": _end(t.change.c.a, 2),
     "walls": t.cycle.c.walls,
-    "maslov": 3 * t.cycle.c.p - t.cycle.c.walls,
+    "maslov": _maslov,
     "half": _half,
+    "quarter_maslov": _maslov // _parts,
     "cycle": t.orbit.c.cycle,
     "a": t.stadium.c.a,
     "status": t.orbit.c.status,
     "length": t.orbit.c.length,
-    "quarter_length": t.orbit.c.length / case((_half.is_(None), 1.0), else_=2.0),
+    "quarter_length": t.orbit.c.length / _parts,
+    "quarter_lyapunov": t.orbit.c.lyapunov / _parts,
     "lyapunov": t.orbit.c.lyapunov,
     "lambda_d": t.orbit.c.lyapunov / t.cycle.c.p,
     "lambda_c": _lambda_c,

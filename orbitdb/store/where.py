@@ -12,12 +12,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, TextClause, bindparam, text
+from sqlalchemy import BindParameter, Connection, TextClause, bindparam, text
 from sqlalchemy.exc import StatementError
 from sqlalchemy.pool import StaticPool
 
 from orbitdb.store import tables as t
 from orbitdb.store.connection import (
+    FUNCTIONS,
     STEPS_BETWEEN_SIGNALS,
     Driver,
     driver_of,
@@ -139,7 +140,7 @@ class Reads(NamedTuple):
     queries : int
         Number of its SELECTs.
     calls_code : bool
-        Whether it calls the function ``code()``.
+        Whether it calls a function of words (`FUNCTIONS`).
     """
 
     columns: frozenset[str | None]
@@ -148,7 +149,7 @@ class Reads(NamedTuple):
 
     @property
     def codes(self) -> bool:
-        """Whether it reads codes, or calls ``code()``."""
+        """Whether it reads codes, or calls a function of words."""
         return self.calls_code or bool(self.columns & _OF_CODES)
 
 
@@ -197,7 +198,7 @@ def _run(stage: Driver, statement: str, values: Mapping[str, Any], patience: Pat
     def note(action: int, table: str | None, column: str | None, *names: str | None) -> int:
         nonlocal queries, calls_code
         queries += action == sqlite3.SQLITE_SELECT
-        calls_code |= action == sqlite3.SQLITE_FUNCTION and column == "code"
+        calls_code |= action == sqlite3.SQLITE_FUNCTION and column in FUNCTIONS
         if action == sqlite3.SQLITE_READ:
             columns.add(column)
         return patience.authorize(action, table, column, *names)
@@ -222,7 +223,7 @@ def _stage() -> Driver:
                     connection.execute(view)
         stage.execute(f"CREATE TABLE catalogue ({', '.join(_COLUMNS)}, PRIMARY KEY (a)) WITHOUT ROWID")
         stage.execute("INSERT INTO catalogue (a) VALUES (0)")  # or constants would not be evaluated
-        stage.add_code(strict=True)
+        stage.add_functions(strict=True)
         _kept.stage = stage
     return stage
 
@@ -243,7 +244,9 @@ def expression(where: str, parameters: Parameters) -> TextClause:
         known = part["name"] in parameters
         return f":given_{part['name']}" if known else part[0].replace(":", r"\:")
 
-    values = [bindparam(f"given_{name}", value=value) for name, value in parameters.items()]
+    values: list[BindParameter[Any]] = [
+        bindparam(f"given_{name}", value) for name, value in parameters.items()
+    ]
     return text(f"(\n{_LEXED.sub(lexed, where)}\n)").bindparams(*values)
 
 

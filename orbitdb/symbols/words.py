@@ -194,6 +194,17 @@ def parse_primitive(text: str) -> str:
     return word
 
 
+def contains_cyclic(word: str, pattern: str) -> bool:
+    """Tell whether a pattern of consecutive symbols occurs in a cyclic word, which it may wrap around.
+
+    Examples
+    --------
+    >>> contains_cyclic("0220", "0022"), contains_cyclic("13", "131"), contains_cyclic("0123", "02")
+    (True, True, False)
+    """
+    return pattern in word * (2 + len(pattern) // len(word))
+
+
 def from_strings(words: Sequence[str]) -> Words:
     """Return words of the same period as an ``(N, p)`` array of symbols."""
     flat = np.frombuffer("".join(words).encode("ascii"), dtype=np.uint8) - np.uint8(ord("0"))

@@ -10,14 +10,14 @@ bounces between the walls cost no more than one bounce, and their rounding error
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from orbitdb.arrays import Floats
-from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium
+from orbitdb.billiard.stadium import HALF_PI, Stadium
 from orbitdb.errors import InputError, need_whole
 from orbitdb.extras import Record
 from orbitdb.trajectories.trajectory import reflect_off_circle
@@ -196,47 +196,13 @@ class Reference(Record):
         )  # fmt: skip
 
 
-def simulate(
-    stadium: Stadium | float,
-    bounces: int,
-    seed: int = 0,
-    trajectories: int | None = None,
-    progress: Callable[[float, Reference], None] | None = None,
-) -> Reference:
-    """Average over random trajectories.
-
-    Parameters
-    ----------
-    stadium : Stadium or float
-        The stadium, or its half length.
-    bounces : int
-        Expected total number of bounces; every trajectory has at least one bounce on a semicircle.
-    seed : int, optional
-        Seed of the random numbers; the same arguments give the same result.
-    trajectories : int, optional
-        Number of trajectories; by default, at most `TRAJECTORIES` and at least `LEAST`.
-    progress : callable, optional
-        Called every few hundred steps with the fraction done and the averages so far.
-
-    Raises
-    ------
-    ValueError
-        If `bounces` is below 1 or `trajectories` below 2.
-    """
-    wanted = need_whole("bounces", bounces, 0)
-    for done, averages in references(as_stadium(stadium), wanted, seed, trajectories):
-        if progress is not None:
-            progress(done, averages)
-    return averages
-
-
 def references(
     stadium: Stadium, bounces: int, seed: int = 0, trajectories: int | None = None
 ) -> Iterator[tuple[float, Reference]]:
     """Run a simulation; every few hundred steps, yield the fraction done and the averages so far.
 
-    The parameters are those of `simulate`. Each result is complete, but from fewer bounces than the next, so
-    the caller may stop at any time.
+    The parameters are those of `orbitdb.simulate`. Each result is complete, but from fewer bounces than the
+    next, so the caller may stop at any time.
     """
     wanted = math.ceil(bounces * 2 * math.pi / stadium.perimeter)
     seed = need_whole("seed", seed, 0)

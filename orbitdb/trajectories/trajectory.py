@@ -11,8 +11,8 @@ import numpy as np
 from orbitdb.arrays import Floats, Marks, Words
 from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium, written
-from orbitdb.errors import InputError, as_floats
-from orbitdb.extras import Drawn, data_frame
+from orbitdb.errors import InputError, as_floats, need_whole
+from orbitdb.extras import Drawn, Table, data_frame
 from orbitdb.text import exact, several
 
 if TYPE_CHECKING:
@@ -100,12 +100,18 @@ _ROUNDING = 8 * EPSILON
 _LOST = 1e20
 """Upper limit on the growth of an error, so that numbers stay finite."""
 
+_LARGE = 1e8
+"""Tangent vectors that have grown more than this are scaled down."""
+
+_MOST_LOST = 100.0
+"""Larger logarithms of the growth give errors above `_LOST` and would overflow."""
+
 _EXACT = 1e-9
 """A bounce whose error is below this counts as on a joint if the joint is no farther away than the error."""
 
 
-@dataclass(frozen=True, eq=False)
-class Bounces(Drawn):
+@dataclass(frozen=True, eq=False, repr=False)
+class Bounces(Table, Drawn):
     """Successive bounces of one trajectory, as arrays of shape (T,).
 
     `plot` draws the path from the first bounce to the last one in its stadium.
@@ -125,6 +131,11 @@ class Bounces(Drawn):
         Estimated error of each point, due to rounding, in units of the radius. It grows by about e^0.9 with
         every bounce at a = 1.6; once it is about 1, the trajectory is one of the billiard, but no longer
         that of the start.
+    lyapunov : ndarray
+        Logarithm of the stretching from the start to just after each bounce: of the largest factor by which
+        a small change of the start has grown, an offset across the path in units of the radius together with
+        a change of direction in radians. Divided by the number of bounces, or by the length of the path so
+        far, it is the finite-time Lyapunov exponent.
     """
 
     stadium: Stadium
@@ -134,17 +145,21 @@ class Bounces(Drawn):
     symbol: Words
     path: Floats
     error: Floats
+    lyapunov: Floats
 
     def __len__(self) -> int:
         return len(self.x)
 
-    def __repr__(self) -> str:
+    def __str__(self) -> str:
         return f"<{several(len(self), 'bounce')} at a = {exact(self.stadium.a)}>"
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a data frame with one row per bounce (extra ``pandas``)."""
-        names = ("x", "y", "angle", "symbol", "path", "error")
-        return data_frame({name: getattr(self, name) for name in names})
+        return data_frame(self._columns_shown())
+
+    def _columns_shown(self) -> dict[str, Any]:
+        names = ("x", "y", "angle", "symbol", "path", "error", "lyapunov")
+        return {name: getattr(self, name) for name in names}
 
     _FIGURES = ("path",)
 
@@ -153,19 +168,30 @@ class Bounces(Drawn):
         return (self.stadium, np.stack([self.x, self.y], axis=1)), title
 
 
-def trajectory(stadium: Stadium | float, x: float, y: float, angle: float, bounces: int = BOUNCES) -> Bounces:
-    """Follow any trajectory, bounce by bounce.
+def trajectory(
+    stadium: Stadium | float,
+    x: float | None = None,
+    y: float | None = None,
+    angle: float | None = None,
+    bounces: int = BOUNCES,
+    *,
+    seed: int | np.random.Generator | None = None,
+) -> Bounces:
+    """Follow a trajectory, bounce by bounce, from a given start or from a random one.
 
     Parameters
     ----------
     stadium : Stadium or float
         The stadium, or its half length.
-    x, y : float
+    x, y : float, optional
         The start, inside the stadium or on its boundary, from the centre, in units of the radius.
-    angle : float
+    angle : float, optional
         Direction of the path at the start, from the x axis (radians).
     bounces : int, optional
         Number of bounces to follow, from 1 to `MOST_FOLLOWED`.
+    seed : int or numpy.random.Generator, optional
+        Instead of x, y and angle: draw the start from the Liouville measure, so that all positions in the
+        stadium and all directions are equally likely. The same seed gives the same start.
 
     Returns
     -------
@@ -177,7 +203,8 @@ def trajectory(stadium: Stadium | float, x: float, y: float, angle: float, bounc
     StadiumError
         If the half length is not valid.
     InputError
-        If the start is not three finite numbers or is outside the stadium, or `bounces` is out of range.
+        If the start is not three finite numbers or is outside the stadium, `bounces` is out of range, or
+        there is neither a start nor a seed, or both.
 
     Examples
     --------
@@ -185,17 +212,40 @@ def trajectory(stadium: Stadium | float, x: float, y: float, angle: float, bounc
     >>> path = trajectory(1.6, 0, 0, 1.2, bounces=3)
     >>> path.symbol.tolist(), path.x.round(6).tolist()
     ([2, 0, 3], [0.38878, 1.166339, 1.923052])
+    >>> path = trajectory(1.6, bounces=10_000, seed=3)
+    >>> print((path.lyapunov[-1] / len(path)).round(2))
+    0.91
     """
     stadium = as_stadium(stadium)
     if isinstance(bounces, bool) or not isinstance(bounces, Integral) or not 1 <= bounces <= MOST_FOLLOWED:
         raise InputError(f"bounces {bounces}: give 1 to {MOST_FOLLOWED}")
-    x, y, side, error, vx, vy, path = _follow(stadium, _both_ways(stadium, (x, y, angle)), int(bounces))
-    joined = [
-        np.append(row[1, 0], row[0])[None] for row in (x, y, side)
-    ]  # the one before tells a run's sense
+    given = [value for value in (x, y, angle) if value is not None]
+    if len(given) != (3 if seed is None else 0):
+        raise InputError("give the start as x, y and angle, or a seed for a random start")
+    start = given if seed is None else random_start(stadium, seed)
+    rays, error, path, lyapunov = _follow(stadium, _both_ways(stadium, start), int(bounces))
+    # the bounce before the start tells the sense of a run
+    joined = [np.append(row[1, 0], row[0])[None] for row in (rays.x, rays.y, rays.side)]
     (symbols,), _ = written(stadium, *joined)
-    x, y, error, vx, vy, path = (row[0, :-1] for row in (x, y, error, vx, vy, path))
-    return Bounces(stadium, x, y, np.arctan2(vy, vx), symbols, path, error)
+    x, y, vx, vy, _, error, path, lyapunov = (row[0, :-1] for row in (*rays, error, path, lyapunov))
+    return Bounces(stadium, x, y, np.arctan2(vy, vx), symbols, path, error, lyapunov)
+
+
+def random_start(stadium: Stadium, seed: int | np.random.Generator) -> tuple[float, float, float]:
+    """Draw x, y and the angle of a trajectory from the Liouville measure, uniform in all three.
+
+    Raises
+    ------
+    InputError
+        If the seed is neither a whole number from 0 on nor a generator.
+    """
+    if not isinstance(seed, np.random.Generator):
+        need_whole("seed", seed, 0)
+    rng = np.random.default_rng(seed)
+    while True:
+        x, y = rng.uniform(-1 - stadium.a, 1 + stadium.a), rng.uniform(-1, 1)
+        if math.hypot(max(abs(x) - stadium.a, 0), y) < 1:
+            return x, y, rng.uniform(-math.pi, math.pi)
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,17 +284,18 @@ def trace_start(
     if bounces is not None and not 1 <= bounces <= MOST_BOUNCES:
         raise InputError(f"bounces {bounces}: give 1 to {MOST_BOUNCES}")
     ray = _both_ways(stadium, start)
-    rows = _follow(stadium, ray, bounces or BOUNCES)
-    joined = [np.concatenate([row[1, ::-1], row[0]])[None] for row in rows[:3]]  # in order of time
+    rays, error, _, _ = _follow(stadium, ray, bounces or BOUNCES)
+    rows = (rays.x, rays.y, rays.side)
+    joined = [np.concatenate([row[1, ::-1], row[0]])[None] for row in rows]  # in order of time
     symbols, coordinates = written(stadium, *joined)
     ahead, back = (
-        _known(stadium, [row[n] for row in rows[:4]], tolerance, way) for n, way in ((0, 1), (1, -1))
+        _known(stadium, [row[n] for row in (*rows, error)], tolerance, way) for n, way in ((0, 1), (1, -1))
     )
     if not ahead + back:
         raise InputError(
             f"rounding makes every bounce uncertain by more than {tolerance:g}: give a larger tolerance"
         )
-    middle = rows[0].shape[1] - 1
+    middle = rays.x.shape[1] - 1
     kept = slice(middle - back, middle + ahead)
     points = stadium.points(symbols, coordinates)
     return Trace(1 - back, symbols[0, kept], points[0, kept])
@@ -277,27 +328,40 @@ def _numbers(values: Any, help: str) -> Floats:
     return numbers
 
 
-def _follow(stadium: Stadium, rays: Rays, bounces: int) -> list[Floats]:
-    """Return x, y and side of each bounce, an estimate of the error of its position along the boundary, the
-    direction after it, and the length of the path to it.
+def _follow(stadium: Stadium, rays: Rays, bounces: int) -> tuple[Rays, Floats, Floats, Floats]:
+    """Follow N rays for a number of bounces and one more.
+
+    Returns the rays after every bounce, estimates of the errors of their positions along the boundary, the
+    lengths of the paths to them, and the logarithms of the stretching so far (`Bounces`); every array has
+    shape (N, `bounces` + 1).
 
     Notes
     -----
     An initial error across the path and an initial error of its direction grow like tangent vectors
-    (`orbitdb.trajectories.ensemble.follow`). Errors added by later bounces grow less.
+    (`orbitdb.trajectories.ensemble.follow`), which are the columns of a 2 x 2 matrix. Errors added by later
+    bounces grow less. The stretching is the largest singular value of that matrix.
     """
     offset, slope = np.eye(2)[:, :, None] * np.ones(len(rays.x))
-    rows = []
+    scale = np.zeros(len(rays.x))  # the matrix is e^scale times (offset, slope)
+    rows, matrices = [], []
     for _ in range(bounces + 1):
         hit = bounce(rays, stadium.a)
         rays = hit.rays
-        offset = np.clip(offset + hit.path * slope, -_LOST, _LOST)
-        slope = np.clip(slope - np.minimum(hit.kick, _LOST) * offset, -_LOST, _LOST)
-        steepness = np.where(rays.side == 0, np.abs(rays.vy), 2 / np.maximum(hit.kick, 2.0))
-        grown = np.abs(offset).sum(axis=0) / np.maximum(steepness, _ROUNDING)
-        error = _ROUNDING * (1 + stadium.a) * (1 + grown)
-        rows.append((rays.x, rays.y, rays.side, error, rays.vx, rays.vy, hit.path))
-    return [np.stack(part, axis=1) for part in zip(*rows, strict=True)]
+        offset = offset + hit.path * slope
+        slope = slope - np.minimum(hit.kick, _LOST) * offset
+        matrix = np.stack([offset, slope])
+        rows.append((*rays, hit.path, hit.kick, scale))
+        matrices.append(matrix)
+        size = np.abs(matrix).max(axis=(0, 1))
+        if (size > _LARGE).any():
+            offset, slope, scale = offset / size, slope / size, scale + np.log(size)
+    *after, path, kick, scale = (np.stack(part, axis=1) for part in zip(*rows, strict=True))
+    rays, stretched = Rays(*after), np.moveaxis(np.array(matrices), -1, 0)
+    steepness = np.where(rays.side == 0, np.abs(rays.vy), 2 / np.maximum(kick, 2.0))
+    grown = np.abs(stretched[:, :, 0]).sum(axis=-1) * np.exp(np.minimum(scale, _MOST_LOST))
+    grown = np.minimum(grown / np.maximum(steepness, _ROUNDING), _LOST)
+    lyapunov = scale + np.log(np.linalg.norm(stretched, ord=2, axis=(-2, -1)))
+    return rays, _ROUNDING * (1 + stadium.a) * (1 + grown), path, lyapunov
 
 
 def _known(stadium: Stadium, rows: list[Floats], tolerance: float, way: int) -> int:

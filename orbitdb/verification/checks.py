@@ -15,7 +15,7 @@ from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.errors import AlteredError, WorkError
 from orbitdb.orbits.status import NUMBERS, Orbits
 from orbitdb.store import query
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import from_strings

@@ -1,5 +1,6 @@
-"""Results of a catalogue have public names, one-line reprs and data frames."""
+"""Results of a catalogue have public names, show themselves as tables, and give data frames."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import pytest
 from made_levels import keep_made_levels
 
 import orbitdb
-from orbitdb import Catalogue
+from orbitdb import Catalogue, InputError, Rows
 
 
 def with_levels(catalogue):
@@ -29,6 +30,7 @@ HELD = {
     "Reference": lambda c: c.simulate(bounces=20_000),
     "Verification": lambda c: c.verify(p="2-3"),
     "Trajectory": lambda c: c.identify(start=(0, 0.5, 1.2)),
+    "FieldOrbits": lambda c: c.field(0.05, p="2-4"),
 }
 """Every type of result, by its public name."""
 
@@ -45,6 +47,7 @@ FIRST = {
     "Reference": ("seed", 0),
     "Verification": ("failures", 0),
     "Trajectory": ("sequence_first", -33),
+    "FieldOrbits": ("kappa", 0.05),
 }
 """A column of each result, with its first value."""
 
@@ -58,11 +61,11 @@ def catalogue(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", HELD)
-def test_a_result_has_a_public_name_a_one_line_repr_and_a_data_frame(catalogue, name):
+def test_a_result_has_a_public_name_a_short_repr_and_a_data_frame(catalogue, name):
     found = HELD[name](catalogue)
     assert isinstance(found, getattr(orbitdb, name))
-    assert "\n" not in repr(found)
-    assert len(repr(found)) < 300
+    assert repr(found).count("\n") <= 26
+    assert len(repr(found).splitlines()[0]) < 300
     frame = found.to_pandas()
     column, first = FIRST[name]
     assert frame[column].iloc[0] == first
@@ -95,9 +98,62 @@ def test_missing_numbers_of_a_data_frame_are_nan(catalogue):
     assert catalogue.select(p=4).to_pandas()["dies"].dtype == float
 
 
-def test_print_shows_the_rows_of_a_result(catalogue):
+def test_a_result_shows_its_rows_and_notes_at_the_prompt(catalogue, monkeypatch):
     table = catalogue.table(p="2-4")
-    assert repr(table) == (
-        "<3 rows, p, N_t, N_c, N, ...: words of period 2 to 4 at a = 1.6; print() shows them>"
-    )
+    assert repr(table) == str(table)
     assert str(table).splitlines()[0].split() == list(table.columns)
+    assert str(table).splitlines()[2].split()[:4] == ["3", "8", "8", "24"]
+    monkeypatch.setenv("COLUMNS", "40")
+    found = catalogue.lyapunov()
+    *_, left_out = repr(found).splitlines()[: 2 + len(found)]
+    shown = repr(found).splitlines()[0].split()
+    assert [*shown, *left_out.removeprefix("and the columns ").split(", ")] == list(found.columns)
+    assert max(map(len, repr(found).splitlines()[: 1 + len(found)])) <= 40
+
+
+def test_a_long_result_shows_its_first_twenty_rows(catalogue):
+    subset = catalogue.select(p="2-4", order="length")
+    assert str(subset) == "<41 words of period 2 to 4 at a = 1.6>"
+    title, heading, *rows, more = repr(subset).splitlines()
+    assert (title, heading.split()[:2], more) == (str(subset), ["code", "p"], "... and 21 more rows")
+    assert [row.split()[0] for row in rows] == subset.code[:20].tolist()
+    assert repr(subset[:1]).splitlines()[2].split()[:3] == ["13", "2", "orbit"]
+    births = catalogue.births(4)
+    assert repr(births).splitlines()[0].startswith("representative")
+    assert (type(births[1:]), births[1:][0], births[-1]) == (type(births), births[1], [*births][-1])
+    assert repr(births[:0]) == "[]"
+
+
+def test_several_a_are_one_table(catalogue):
+    found = catalogue.table(a=[1.6, 2.0], p="2-4")
+    assert found.columns["a"] == [1.6] * 3 + [2.0]  # births give the counts of period 4 only
+    assert found["N_c"][:3] == catalogue.table(p="2-4")["N_c"]
+    assert any(note.startswith("a = 2: ") or "at a = 2" in note for note in found.notes)
+    one, both = catalogue.entropy(p="2-4"), catalogue.entropy(a=iter([1.6]), p="2-4")
+    assert both["h_zeta"] == one["h_zeta"]
+    with pytest.raises(InputError, match="ask for each a alone"):
+        both.plot()
+    with pytest.raises(InputError, match="give one a or more"):
+        catalogue.lyapunov(a=[])
+    with pytest.raises(InputError):
+        catalogue.select(a=[1.0, 1.6])
+
+
+def test_lists_and_results_are_tables_in_notebooks(catalogue):
+    for found in (catalogue.fills(), catalogue.births(4), catalogue.table()):
+        html = found._repr_html_()
+        assert html.count("<tr>") == 1 + len(found)
+        assert re.search("<th[^>]*>p</th>", html)
+    many = Rows(catalogue.births(4)[:1] * 30)
+    assert many._repr_html_().count("<tr>") == 21
+    assert "and 10 more" in many._repr_html_()
+
+
+def test_results_at_several_a_are_one_table(varied):
+    catalogue = Catalogue(varied)
+    table = catalogue.table(a=(1.0, 1.6), p="2-3")
+    assert table["a"] == [1.0, 1.0, 1.6, 1.6]
+    alone = [catalogue.table(a=a, p="2-3") for a in (1.0, 1.6)]
+    assert list(table.rows(["p", "N_c"])) == [row for each in alone for row in each.rows(["p", "N_c"])]
+    notes = catalogue.entropy(a=(1.0, 1.6), p=7).notes
+    assert [note.count("at a = 1 ") or note.count("at a = 1.6 ") for note in notes] == [1, 1]

@@ -12,7 +12,7 @@ from orbitdb import Catalogue, InputError
 orbitdb: Any = orbitdb_  # so that wrong types can be given
 
 REQUIRED = {"word": "13", "length": 10.4, "low": 1.0, "periods": "2", "p": 2, "a": 1.6, "name": "13",
-            "statement": "SELECT 1 AS one", "folder": "data"}  # fmt: skip
+            "statement": "SELECT 1 AS one", "folder": "data", "kappa": 0.05}  # fmt: skip
 """Values for the parameters that have no default."""
 
 UNCHECKED = {"self", "coordinates", "classes", "orbits", "window", "fit_radius", "geometric", "legwise",
@@ -63,7 +63,7 @@ def test_an_argument_of_a_wrong_type_is_an_error_and_stores_nothing(catalogue, m
         (lambda c: c.simulate(seed=-1), "seed = -1: give a whole number, 0 or more"),
         (lambda c: c.verify(seed="x"), "seed = 'x': give a whole number, 0 or more"),
         (lambda c: c.fill("2", workers=2), "workers = 2: give an open Cluster"),
-        (lambda c: c.assess("x"), "the levels are no numbers"),
+        (lambda c: c.assess("x"), "the levels must be numbers"),
         (lambda c: c.spectrum({}), "lengths {}: give a range"),
         (lambda c: c.select().averages(weight="x"), "weight 'x': use exp or det"),
         (lambda c: orbitdb.solve(7.5, 1.6), "a code is a string"),

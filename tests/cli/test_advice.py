@@ -2,12 +2,14 @@
 
 import math
 import shutil
+from functools import partial
 
 import pytest
-from contents import alter
+from contents import alter, answer
+from there import there
 
 from orbitdb import Catalogue
-from orbitdb.answers.completeness import complete_length, describe_complete
+from orbitdb.answers.completeness import complete_by_length, complete_length, describe_complete
 from orbitdb.cli.advice import completed, remember
 from orbitdb.orbits.least_values import least_exponent, least_length
 from orbitdb.store.selection import Selection
@@ -75,7 +77,7 @@ def test_the_nearest_length_comes_with_the_tolerance_that_finds_it(cli, filled):
         (("--range", "length=:11"), 8),
         (("--range", "length=:11", "--p", "2-5"), 5),
         (("--order", "-length", "--limit", "20"), None),
-        (("--order", "length"), None),
+        (("--order", "length"), 8),
         (("--limit", "3"), None),
     ],
 )
@@ -89,6 +91,64 @@ def test_a_list_of_the_shortest_orbits_says_up_to_which_length_it_is_complete(cl
     proved = least_length(expected, 1.6)
     shown = float(told[0].split("length ")[1].split(";")[0])
     assert proved - 0.01 < shown <= proved
+
+
+LISTED = [
+    ("query --order length", "length"),
+    ("query --order length --format csv", "length"),
+    ("query --order quarter_length --limit 3", "quarter_length"),
+    ("query --classes --order quarter_length,p --limit 3", "quarter_length"),
+    ("query --range quarter_length=:6 --limit 3", "quarter_length"),
+    ("query --where quarter_length<6", "quarter_length"),
+    ("query --where 12>=length", "length"),
+    ("query --order=-length --limit 3", None),
+    ("query --range length=12: --limit 3", None),
+    ("query --order lyapunov --where length_error<1 --limit 3", None),
+    ("query --order length --status dynamical --limit 3", None),
+    ("export --order quarter_length --limit 3 --format csv", "quarter_length"),
+    ("export {folder}/shortest.csv --range length=:12", "length"),
+]
+
+
+@pytest.mark.parametrize(("command", "name"), LISTED)
+def test_a_list_ordered_or_bounded_by_a_length_says_how_far_it_is_complete(
+    cli, filled, tmp_path, command, name
+):
+    done = cli(*command.format(folder=tmp_path).split(), "--db", str(filled))
+    told = [line for line in done.err.splitlines() if "complete, by proof" in line]
+    if name is None:
+        assert told == []
+        return
+    shown = float(told[0].split(f"up to {name} ")[1].split(";")[0])
+    proved = least_length(8, 1.6) / (2 if name == "quarter_length" else 1)
+    assert proved - 0.01 < shown <= proved
+
+
+@pytest.mark.parametrize(
+    ("length", "tolerance", "said"),
+    [
+        ("10.4", "0.001", "complete, by proof"),
+        ("11.1", "0.5", "may have this length, too"),
+        ("20.8", "0.001", "may have this length, too"),
+    ],
+)
+def test_the_orbits_of_a_short_length_are_complete(cli, filled, length, tolerance, said):
+    found = cli("identify", "--length", length, "--tolerance", tolerance, "--db", str(filled))
+    assert found.err.splitlines()[-1].endswith(said)
+
+
+def test_a_list_by_quarter_length_misses_nothing_below_the_length_it_names(tmp_path, cli):
+    """A further fill adds no row there; it did, where nothing was said."""
+    few, many = (Catalogue.create(tmp_path / f"{p}.db", 1.0) for p in (8, 11))
+    few.fill("2-8")
+    many.fill("2-11")
+    ask = partial(Catalogue.select, status="orbit", order="quarter_length", limit=30, classes=True)
+    told = answer(few.path, complete_by_length, Selection(1.0), "quarter_length")
+    end = float(there(told).split("quarter_length ")[1].split(";")[0])
+    short = [ask(each) for each in (few, many)]
+    lists = [each.code[each.quarter_length <= end].tolist() for each in short]
+    assert lists[0] == lists[1] == ["13"]
+    assert short[0].code.tolist() != short[1].code.tolist()
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,10 @@ import pytest
 from contents import ask
 from there import there
 
+from orbitdb.averages.simulation import simulate
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import Format, write
 from orbitdb.text import concise, upwards, with_error
-from orbitdb.trajectories.ensemble import simulate
 
 
 @pytest.mark.parametrize(

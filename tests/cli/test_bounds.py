@@ -33,6 +33,14 @@ def test_printed_bounds_are_rounded_outward(cli):
         assert (int(shown["window"]), int(shown["windows"])) == (row["window"], row["windows"])
 
 
+def test_several_a_give_the_last_row_of_each(cli):
+    """In the order in which they are named, however they are named."""
+    levels = (json.loads(cli("bounds", "--a", a, "--window", "6", "--json").out) for a in ("1", "0.5", "2"))
+    alone = [rows[-1] for rows in levels]
+    both = cli("bounds", "--a", "1", "--a", "0.5:2:2", "--a", "1", "--window", "6", "--json")
+    assert json.loads(both.out) == alone
+
+
 def test_prove_gives_the_same_bounds_and_counts_the_proved_windows(cli, tmp_path):
     plain = cli("bounds", "--a", "0.5", "--window", "7", "--json")
     proved = cli("bounds", "--a", "0.5", "--window", "7", "--json", "--prove")

@@ -24,6 +24,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_every_column_of_every_command_is_explained(cli):
+    from orbitdb.answers.field import COLUMNS as FIELD_KEYS
     from orbitdb.answers.identification import SHADOWED
     from orbitdb.answers.results import TABLE
     from orbitdb.answers.scars import Scar
@@ -54,7 +55,7 @@ def test_every_column_of_every_command_is_explained(cli):
     }
     told = {row["column"]: row for row in json.loads(cli("columns", "--json").out)}
     simulated = (column.name for column in OF_ENSEMBLES)
-    at_one_a = {*TABLE, *BOUNDS, *simulated, *Life.__dataclass_fields__, "number"}
+    at_one_a = {*TABLE, *BOUNDS, *simulated, *Life.__dataclass_fields__, "number", *FIELD_KEYS, "elliptic"}
     assert set(told) == {*COLUMNS, *OF_A_WORD, *BOUNCE_COLUMNS, *SHADOWED, *LENGTH_KEYS, *quantum, *at_one_a}
     assert (told["length"]["unit"], told["length"]["bound"]) == ("radius", "length_error")
     bounds = {row["bound"] for row in told.values() if row["bound"].endswith("error")}
@@ -165,7 +166,8 @@ def test_panels_list_every_command(cli):
 @pytest.mark.parametrize("command", ["query", "entropy", "lyapunov", "export", "plot", "verify", "browse"])
 def test_subsets_are_chosen_by_the_same_options_everywhere(cli, command):
     text = cli(command, "--help").out
-    names = ["--p", "--status", "--reversal", "--symmetry", "--contains", "--range", "--where", "-P"]
+    names = ["--p", "--status", "--reversal", "--symmetry", "--contains", "--without", "--range", "--where"]
+    names += ["-P"]
     places = [found.start() for name in names if (found := re.search(rf"\n  {name}[ ,]", text))]
     assert len(places) == len(names)
     assert places == sorted(places)

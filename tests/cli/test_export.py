@@ -47,8 +47,8 @@ def test_exported_bounces_are_where_the_orbit_hits_the_boundary(varied, tmp_path
     table = parquet.read_table(target)
     found = {name: table[name].to_numpy() for name in table.column_names}
     subset = Catalogue(varied).select(p=5, status="orbit", coordinates=True)
-    assert [str(code) for code in found["code"]] == np.repeat(subset.codes, 5).tolist()
-    assert "".join(map(str, found["symbol"])) == "".join(subset.codes)
+    assert [str(code) for code in found["code"]] == np.repeat(subset.code, 5).tolist()
+    assert "".join(map(str, found["symbol"])) == "".join(subset.code)
     np.testing.assert_array_equal(found["n"], np.tile(np.arange(1, 6), len(subset)))
     np.testing.assert_allclose(found["coordinate"], there(subset.coordinates), rtol=0, atol=1e-15)
     points = np.stack([found["x"], found["y"]], axis=-1).reshape(-1, 5, 2)
@@ -135,8 +135,8 @@ def test_classes_have_one_row_each(varied, tmp_path, cli, asked):
 
 def test_classes_in_python_have_no_averages(varied):
     subset = Catalogue(varied, a=1.6).select(p="2-4", status="orbit", classes=True)
-    assert subset.codes.tolist() == subset.representative.tolist()
-    assert repr(subset[:3]) == "<3 of 11 classes of orbits of period 2 to 4 at a = 1.6>"
+    assert subset.code.tolist() == subset.representative.tolist()
+    assert str(subset[:3]) == "<3 of 11 classes of orbits of period 2 to 4 at a = 1.6>"
     for question in (subset.entropy, subset.averages, subset.table):
         with pytest.raises(SelectionError, match="select without classes=True"):
             question()

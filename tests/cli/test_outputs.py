@@ -19,6 +19,7 @@ import pytest
 from contents import made
 
 from orbitdb import Catalogue, Stadium, existence, simulate, solve, solve_word
+from orbitdb.answers.field import COLUMNS as COLUMNS_IN_FIELD
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods
@@ -58,8 +59,9 @@ def plain(values: Any) -> list[Any]:
 
 KEYS = ("code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",
         "time_reversal", "class_size", "walls", "maslov", "margin", "residual", "error",
-        "length_error", "lyapunov_error", "symmetry", "solver", "half", "quarter_length",
-        "lambda_c_error", "area", "area_error")  # fmt: skip
+        "length_error", "lyapunov_error", "symmetry", "solver", "half", "quarter_maslov",
+        "quarter_length", "quarter_lyapunov",
+        "lambda_c_error", "area", "area_error", "area_slope")  # fmt: skip
 
 
 def words_of(*words: str) -> Callable[[Catalogue], Columns]:
@@ -77,6 +79,10 @@ def words_of(*words: str) -> Callable[[Catalogue], Columns]:
         return columns
 
     return call
+
+
+def in_field(found: Any) -> Columns:
+    return {name: plain(getattr(found, name)) for name in COLUMNS_IN_FIELD}
 
 
 EXPONENTS = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
@@ -167,6 +173,9 @@ CASES = [
          measured(lambda: [simulate(Stadium(0.7), 20_000, 3)]), reads=False),
     Case("simulate --a 0.7 --bounces 20000 --seed 3 --legwise --no-store", measured(legwise),
          reads=False, slow=True),
+    Case("field --kappa 0.1 --p 2-5", lambda c: in_field(c.field(0.1, p="2-5"))),
+    Case("field --kappa 0.1 --kappa 0.2 --p 4,6 --counts",
+         lambda c: c.field([0.1, 0.2], p="4,6").counts().columns),
     Case("births", born),
     Case("bounds --a 3 --window 6", measured(lambda: search(Stadium(3), 6)), reads=False),
     Case("info", filled),

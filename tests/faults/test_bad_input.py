@@ -19,8 +19,8 @@ from orbitdb.store.selection import Selection, SelectionError
 
 SELECTING = {
     "--a": bad.NUMBERS, "--p": bad.PERIODS, "--status": bad.TEXTS, "--reversal": bad.TEXTS,
-    "--symmetry": bad.TEXTS, "--contains": bad.CODES, "--range": bad.RANGES, "--where": bad.EXPRESSIONS,
-    "-P": bad.PARAMETERS,
+    "--symmetry": bad.TEXTS, "--contains": bad.CODES, "--without": bad.CODES, "--range": bad.RANGES,
+    "--where": bad.EXPRESSIONS, "-P": bad.PARAMETERS,
 }  # fmt: skip
 QUERY = {"--code": bad.CODES, "--order": bad.ORDERS, "--limit": bad.INTEGERS, "--offset": bad.INTEGERS,
          "-c": bad.COLUMNS, "--format": bad.FORMATS}  # fmt: skip
@@ -33,6 +33,7 @@ COMMANDS = {
     "verify": SELECTING | {"--sample": bad.INTEGERS, "--seed": bad.INTEGERS, "--restarts": ["-1", "1e9"]},
     "plot sheet": SELECTING | {"--limit": bad.INTEGERS},
     "plot orbit": {"--a": bad.NUMBERS, "--code": bad.CODES},
+    "field": SELECTING | {"--kappa": [*bad.NUMBERS, "0:0.3", "0:0.3:x", "0.3:0:5", "0:nan:3", "0:1e400:3"]},
     "simulate": {"--a": ["0", "nan", "½"], "--bounces": ["0", "-1", "x", "9" * 30], "--seed": ["-1", "½"]},
     "bounds": {"--a": ["0", "nan", "½"], "--window": ["0", "1", "½", "9" * 30],
                "--width": ["0", "-1", "nan", "½"], "--time": ["0", "-1", "inf", "½"]},
@@ -47,6 +48,7 @@ COMMANDS = {
     "identify --start 0,0,1": {"--tolerance": bad.NUMBERS, "--bounces": bad.INTEGERS, "--a": bad.NUMBERS},
 }  # fmt: skip
 SUPPLIED = {"plot sheet": ["--p", "3"], "plot orbit": ["--code", "013"], "verify": ["--sample", "99"],
+            "field": ["--kappa", "0.1"],
             "fill": ["--dry-run"], "simulate": ["--no-store"]}  # fmt: skip
 """Arguments that a command needs besides the tested option."""
 
@@ -109,8 +111,8 @@ def test_combinations_of_odd_values_do_no_harm(tried):
         tried(command, *arguments)
 
 
-TEXT_OPTIONS = ["--code", "--p", "--status", "--reversal", "--symmetry", "--contains", "--range", "--where",
-                "-P", "--order", "--limit", "-c", "--format", "--a"]  # fmt: skip
+TEXT_OPTIONS = ["--code", "--p", "--status", "--reversal", "--symmetry", "--contains", "--without", "--range",
+                "--where", "-P", "--order", "--limit", "-c", "--format", "--a"]  # fmt: skip
 
 
 @pytest.mark.slow

@@ -1,11 +1,13 @@
 """The enclosed area of an orbit, and its traversal of the quarter stadium."""
 
+import math
+
 import numpy as np
 import pytest
 from contents import alter
 from there import there
 
-from orbitdb import Catalogue, solve_word
+from orbitdb import Catalogue, solve_word, trajectory
 
 WORDS = ["013", "01552", "1232131", "0103155", "011255", "1" * 9 + "3" * 8, "13020311"]
 
@@ -59,7 +61,7 @@ def test_rows_have_the_areas_of_their_words(filled):
     """The stored area of the representative gets the sign of each word; it is 0 where a symmetry says so."""
     catalogue = Catalogue(filled, a=1.6)
     subset = catalogue.select(p="2-5", status="orbit", coordinates=True)
-    assert dict(zip(subset.codes.tolist(), subset.area, strict=True))["013"] == pytest.approx(-3.14042197088)
+    assert dict(zip(subset.code.tolist(), subset.area, strict=True))["013"] == pytest.approx(-3.14042197088)
     for orbit in subset:
         points, area = there(orbit.points), there(orbit.area)
         assert area == catalogue[orbit.code].area
@@ -78,7 +80,7 @@ def test_representatives_are_sorted_by_their_own_area(filled, where):
     subset = catalogue.select(p="2-5", status="orbit", where=where, order="-area", classes=True)
     assert subset.area.tolist() == sorted(subset.area, reverse=True)
     assert subset.area[0] > 0 > subset.area[-1]
-    assert [catalogue[code].area for code in subset.codes.tolist()] == subset.area.tolist()
+    assert [catalogue[code].area for code in subset.code.tolist()] == subset.area.tolist()
 
 
 @pytest.mark.parametrize("method", ["newton", "relaxation"])
@@ -117,3 +119,17 @@ def test_the_quarter_stadium_is_traversed_in_half_of_the_length(word, half, leng
     orbit = solve_word(word, 1.0)
     assert orbit.half == half
     assert orbit.quarter_length == there(orbit.length) / 2 == pytest.approx(length, abs=1e-9)
+    assert orbit.quarter_lyapunov == there(orbit.lyapunov) / 2
+    assert there(orbit.quarter_maslov) * 2 == there(orbit.maslov)
+
+
+def test_half_of_an_orbit_is_stretched_by_the_quarter_lyapunov():
+    """Half of 0103, followed bounce by bounce, ends as the mirror image of its beginning."""
+    orbit = solve_word("0103", 1.0)
+    points = there(orbit.points)
+    step = points[1] - points[0]
+    x, y = points[0].tolist()
+    path = trajectory(1.0, x, y, math.atan2(step[1], step[0]), bounces=24)
+    np.testing.assert_allclose(path.x[1::4], -path.x[3::4], atol=1e-5)
+    growth = path.lyapunov[2:12:2] - path.lyapunov[:10:2]
+    assert growth[-1] == pytest.approx(there(orbit.quarter_lyapunov), rel=1e-6)

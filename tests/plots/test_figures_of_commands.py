@@ -201,7 +201,7 @@ def test_the_figure_of_phase_space_shows_every_bounce(known):
     (ax,) = made.axes
     (bar,) = ax.child_axes
     subset = known.select(chosen, coordinates=True)
-    orbits = [solve_word(word, 1.6) for word in subset.codes.tolist()]
+    orbits = [solve_word(word, 1.6) for word in subset.code.tolist()]
     places = [birkhoff(Stadium(1.6), from_strings([o.code]), there(o.coordinates)[None]) for o in orbits]
     expected = np.concatenate([np.column_stack([each.ravel() for each in place]) for place in places])
     (dots,) = ax.collections
@@ -228,7 +228,7 @@ def test_the_figure_of_lengths_shows_every_orbit_and_where_it_is_complete(known)
     (bar,) = below.child_axes
     steps, end = above.get_lines()
     lengths = sorted(
-        there(solve_word(w, 1.6).length) for w in known.select(a=1.6, p="2-4", status="orbit").codes
+        there(solve_word(w, 1.6).length) for w in known.select(a=1.6, p="2-4", status="orbit").code
     )
     assert steps.get_ydata()[-1] == len(lengths) == 41
     assert (steps.get_xdata()[0], steps.get_xdata()[-1]) == pytest.approx((lengths[0], lengths[-1]))
@@ -247,7 +247,7 @@ def test_the_figure_of_lengths_shows_every_orbit_and_where_it_is_complete(known)
     np.testing.assert_allclose(mesh.get_coordinates()[0, :, 0], edges)
     np.testing.assert_array_equal(mesh.get_coordinates()[:, 0, 1], [1.5, 2.5, 3.5, 4.5])
     for p, row in zip((2, 3, 4), mesh.get_array(), strict=True):
-        codes = known.select(a=1.6, p=p, status="orbit").codes
+        codes = known.select(a=1.6, p=p, status="orbit").code
         bins = Counter(bisect_right(edges, there(solve_word(word, 1.6).length)) - 1 for word in codes)
         assert row.filled(0) * (edges[1] - edges[0]) == pytest.approx([bins[k] for k in range(120)])
         assert row.mask.tolist() == [not bins[k] for k in range(120)]

@@ -117,8 +117,8 @@ def test_orbits_and_subsets_can_be_drawn_into_axes(varied):
     pyplot.close("all")
     with pytest.raises(ValueError, match=r"1001 at .* cannot be drawn: geometrically pruned"):
         solve_word("1001", 1.6).plot()
-    with pytest.raises(ValueError, match="coordinates=True"):
-        Catalogue(varied).select(p=3).plot()
+    later = Catalogue(varied).select(p="2-4").plot("phase-space")  # without coordinates
+    assert np.array_equal(later.collections[0].get_offsets(), dots.get_offsets())
     kind: Any = "circle"
     with pytest.raises(ValueError, match="'circle': use phase-space, lengths, sheet"):
         subset.plot(kind)

@@ -90,9 +90,9 @@ def test_several_half_lengths_are_drawn_together(cli, varied, drawn, tmp_path):
 
 def test_a_subset_can_be_drawn_as_a_sheet(filled):
     chosen = Catalogue(filled).select(p="2-3", status="orbit", coordinates=True)
-    assert labels(chosen.plot("sheet").figure) == chosen.codes.tolist()
+    assert labels(chosen.plot("sheet").figure) == chosen.code.tolist()
     later = Catalogue(filled).select(p="2-3", status="orbit").plot("sheet")
-    assert labels(later.figure) == chosen.codes.tolist()
+    assert labels(later.figure) == chosen.code.tolist()
 
 
 def test_a_grid_of_orbits_does_not_overlap(filled):

@@ -173,7 +173,7 @@ def test_a_list_without_its_lowest_levels_is_told_that_it_may_be_a_window(catalo
     k, below, assessed = window
     _, hints = answer(catalogue.path, partial(assess_levels, a=1.6, k=k, parity="oo"))
     assert hints == [f"the {below} lowest levels are missing: a list that begins higher up is a window"]
-    with pytest.raises(InputError, match="assess them as a window"):
+    with pytest.raises(InputError, match="use --window"):
         catalogue.assess(k[k > 12], parity="oo")
     with pytest.raises(InputError, match="the list has only 9 levels"):
         assessed(k[:9])

@@ -180,7 +180,7 @@ def terms():
     rng = np.random.default_rng(5)
     amplitude = rng.uniform(0.5, 3, 40) * np.exp(1j * rng.uniform(0, 6, 40))
     return Terms(rng.uniform(2, 12, 40), amplitude, rng.integers(-1, 9, 40), rng.integers(1, 4, 40),
-                 rng.integers(1, 3, 40), rng.integers(0, 9, 40))  # fmt: skip
+                 rng.integers(1, 3, 40), rng.integers(0, 9, 40), rng.uniform(1, 9, 40))  # fmt: skip
 
 
 @pytest.mark.parametrize("levelled", [True, False])

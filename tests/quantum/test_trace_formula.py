@@ -11,7 +11,7 @@ from orbitdb import Catalogue, InputError, Stadium, solve_word
 from orbitdb.answers.levels import read_orbits
 from orbitdb.billiard.stability import bounce_matrices
 from orbitdb.orbits.least_values import least_length
-from orbitdb.quantum.length_spectrum import of_family, of_levels, of_terms
+from orbitdb.quantum.length_spectrum import TERMS, of_family, of_levels, of_terms
 from orbitdb.quantum.levels import levels
 from orbitdb.quantum.trace_formula import EDGE, family, orbit_terms
 from orbitdb.quantum.weyl import Parity
@@ -226,14 +226,24 @@ def test_the_terms_of_a_quarter_stadium_have_half_lengths_and_signs(tmp_path):
     catalogue.fill("2-6")
     spectrum = catalogue.spectrum((0, 5.1), points=2, parity="oo")
     rows = spectrum.term_rows()
-    first = {code: (times, index, sign) for code, times, _, index, sign, *_ in reversed(rows)}
+    assert {len(row) for row in rows} == {len(TERMS)}
+    first = {code: (times, index, sign) for code, _, times, _, _, index, sign, *_ in reversed(rows)}
     assert first["0123"] == (1, 5, 1)  # half is closed by the half turn
     assert first["0103"] == (1, 5, -1)  # half is closed by a mirror
-    assert [row[4] for row in rows if row[:2] == ("13", 1)] == [-1, 1]  # on the axis, one for each side
-    lengths = {row[0]: row[2] for row in rows if row[1] == 1}
+    assert [row[6] for row in rows if row[:3] == ("13", 2, 1)] == [-1, 1]  # on the axis, one for each side
+    lengths = {row[0]: row[3] for row in rows if row[2] == 1}
     assert lengths["011255"] == pytest.approx(4.889431983, abs=1e-9)
     assert [row[0] for row in rows[-2:]] == ["02", "02"]
-    assert rows[-1][3:5] == (None, None)
-    for _, _, _, index, sign, real, imaginary in rows[:-2]:
+    assert rows[-1][4:7] == (None, None, None)
+    for code, p, times, length, lyapunov, index, sign, real, imaginary in rows[:-2]:
         amplitude = complex(real, imaginary)
         assert amplitude == pytest.approx(sign * abs(amplitude) * (-1j) ** index)
+        orbit = catalogue[code]
+        assert (p, index) == (len(code), times * there(orbit.quarter_maslov))
+        assert length == pytest.approx(times * there(orbit.quarter_length))
+        assert lyapunov == pytest.approx(times * there(orbit.quarter_lyapunov))
+        roots = [2 * root(lyapunov / 2) for root in (math.sinh, math.cosh)]
+        weights = [length / times / math.pi / each for each in roots]
+        assert min(abs(abs(amplitude) - each * share) for each in weights for share in (1, 0.5)) < 1e-12
+    of_0123 = next(complex(*row[-2:]) for row in rows if row[0] == "0123")
+    assert abs(of_0123) == pytest.approx(0.450158, abs=1e-6)

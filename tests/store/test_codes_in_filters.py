@@ -46,6 +46,60 @@ def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, fou
     assert sum(catalogue.classes(chosen).words) == len(found)
 
 
+@pytest.mark.parametrize(
+    ("criteria", "pattern"),
+    [
+        ({"without": "0202"}, "0202"),
+        ({"without": ["0202"]}, "0202"),
+        ({"where": "not contains(code, '0202')"}, "0202"),
+        ({"where": "contains(code, :w) = 0", "parameters": {"w": "0202"}}, "0202"),
+        ({"without": "(02)^2 1"}, "02021"),
+        ({"where": "not contains(code, '(02)^2 1')"}, "02021"),
+    ],
+)
+def test_words_without_a_pattern_are_those_that_never_contain_it(filled, criteria, pattern):
+    catalogue = Catalogue(filled)
+    every = [word for (word,) in catalogue.rows(columns=("code",))]
+    wanted = [word for word in every if pattern not in word * 4]
+    assert [word for (word,) in catalogue.rows(columns=("code",), **criteria)] == wanted
+    assert catalogue.count(**criteria) == len(wanted) < len(every)
+    assert catalogue.count(where=f"code not like '%{pattern}%'") > len(
+        wanted
+    )  # misses those that wrap around
+
+
+def test_several_patterns_are_all_left_out(filled, cli):
+    catalogue = Catalogue(filled)
+    subset = catalogue.select(p="2-6", without=["02", "44"], contains="13")
+    every = catalogue.select(p="2-6").code.tolist()
+    assert subset.code.tolist() == [
+        word for word in every if "02" not in 2 * word and "44" not in 2 * word and "13" in 2 * word
+    ]
+    assert str(subset).endswith(" containing 13 without 02 or 44>")
+    done = cli("query", "--p", "2-6", "--without", "02", "--without", "44", "--contains", "13",
+               "-c", "code", "--format", "tsv", "--db", str(filled))  # fmt: skip
+    assert done.out.splitlines()[1:] == subset.code.tolist()
+    select = "SELECT count(*) AS n FROM catalogue WHERE contains(code, '0202')"
+    counted = cli("sql", select, "--format", "tsv", "--db", str(filled))
+    assert int(counted.out.splitlines()[1]) == catalogue.count(contains="0202")
+
+
+def test_a_pattern_longer_than_a_word_is_read_round_and_round(varied):
+    catalogue = Catalogue(varied)
+    for pattern in ("13131", "1313131313", "01301"):
+        wanted = {word for (word,) in catalogue.rows(columns=("code",)) if pattern in word * 12}
+        for chosen in (chosen_by(contains=pattern), chosen_by(where=f"contains(code, '{pattern}')")):
+            assert set(catalogue.select(chosen).code.tolist()) == wanted != set()
+
+
+def test_averages_without_a_pattern_say_what_they_mean(filled, cli):
+    for command, said in (("lyapunov", "never contain the pattern"), ("entropy", "growth rate")):
+        assert said in cli(command, "--without", "0", "--db", str(filled)).err
+    assert "pattern" not in cli("lyapunov", "--contains", "0", "--db", str(filled)).err
+    z0 = Catalogue(filled).lyapunov(without="0")["z0"]
+    assert z0[-1] == pytest.approx(1.2855, abs=1e-4)
+
+
 def test_words_near_the_length_limit_of_keys_are_found(own):
     """They are found one by one, sorted by code, and together with long words of other periods."""
     for word in map(parse, ("1^10 3^10", "1^11 3^10", "1^12 3^10", "1^12 0 3^9")):
@@ -73,6 +127,10 @@ def test_a_pruned_word_is_found_if_its_status_is_named(catalogue):
         ("code()", "wrong number of arguments"),
         ("code('13', '31')", "wrong number of arguments"),
         ("code('13'", "incomplete input"),
+        ("contains(code, 202)", "write '202', in quotes"),
+        ("contains(code, '0207')", r"contains\(..., '0207'\): .*symbol '7'"),
+        ("contains(code)", "wrong number of arguments"),
+        ("contains('0202', code)", r"the word first: write contains\(code, '0202'\)"),
         ("code(:w)", "-P name=value"),
         ("load_extension('evil') IS NULL", "it may not load extensions"),
     ],

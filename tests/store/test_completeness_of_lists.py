@@ -52,14 +52,14 @@ def test_filled_periods_get_no_message(periods):
 
 def test_a_subset_does_not_count_unfilled_periods_as_zero(varied):
     catalogue = Catalogue(varied)
-    assert repr(catalogue.select(p=9, status="orbit")) == (
+    assert str(catalogue.select(p=9, status="orbit")) == (
         "<period 9 is not filled at a = 1.6 (filled: periods 2-6; some at a = 1): "
         "'orbitdb fill --p 9 --a 1.6' fills it>"
     )
-    assert repr(catalogue.select(a=2.5)).startswith("<nothing is filled at a = 2.5 (filled: some at a = 1, ")
-    some = repr(catalogue.select(p="6-7", status="orbit"))
+    assert str(catalogue.select(a=2.5)).startswith("<nothing is filled at a = 2.5 (filled: some at a = 1, ")
+    some = str(catalogue.select(p="6-7", status="orbit"))
     assert some.startswith("<188 orbits of period 6 to 7 at a = 1.6; period 7 is not filled at a = 1.6 (")
-    assert repr(catalogue.select(p=2, length=(99, None))) == (
+    assert str(catalogue.select(p=2, length=(99, None))) == (
         "<0 words of period 2 at a = 1.6 with length >= 99>"
     )
 

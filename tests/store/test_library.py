@@ -66,11 +66,30 @@ def test_an_engine_of_sqlalchemy_reads_what_the_catalogue_counts_and_cannot_writ
             connection.execute(sa.text("DELETE FROM orbit"))
 
 
-def test_coordinates_that_were_not_read_are_none(catalogue):
-    subset = catalogue.select(p=3)
-    assert subset.coordinates is None
-    with pytest.raises(ValueError, match="coordinates=True"):
-        subset.coordinates_of(0)
+@pytest.mark.parametrize("order", ["p", "length desc", "code"])
+def test_coordinates_that_were_not_read_are_read_when_needed(catalogue, order):
+    criteria = {"p": "2-5", "status": "orbit,dynamical,boundary", "where": "walls < 3", "order": order}
+    read, later = (catalogue.select(**criteria, coordinates=now) for now in (True, False))
+    assert later.coordinates is None
+    later = later[::-2]
+    for n, (first, second) in enumerate(zip(read[::-2], later, strict=True)):
+        assert first.code == second.code
+        np.testing.assert_array_equal(read[::-2].coordinates_of(n), later.coordinates_of(n))
+    for one, other in zip(read[::-2].of_period(4), later.of_period(4), strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert np.isnan(catalogue.select(p=5, status="dynamical").coordinates_of(0)).all()
+
+
+def test_a_limit_gives_the_first_entries_and_the_total(catalogue):
+    every = catalogue.select(p="2-5", status="orbit", order="length desc")
+    some = catalogue.select(p="2-5", status="orbit", order="length desc", limit=7)
+    assert some.code.tolist() == every.code[:7].tolist()
+    assert (len(some), some.total, str(some)) == (7, 121, "<7 of 121 orbits of period 2 to 5 at a = 1.6>")
+    assert len(catalogue.select(p=3, limit=0)) == 0
+    enough = catalogue.select(p=3, limit=8, classes=True)
+    assert (len(enough), enough.total) == (2, None)
+    with pytest.raises(InputError, match="limit = -1"):
+        catalogue.select(limit=-1)
 
 
 def test_an_orbit_of_a_subset_reads_its_bounces_when_asked(catalogue):
@@ -131,7 +150,7 @@ def test_a_word_that_is_not_stored_is_solved(catalogue, word, status):
 def test_a_subset_is_a_sequence_of_orbits(catalogue):
     subset = catalogue.select(p="2-4", status="orbit,dynamical,geometric", coordinates=True, order="length")
     orbits = list(subset)
-    assert [(orbit.code, orbit.stored) for orbit in orbits] == [(code, True) for code in subset.codes]
+    assert [(orbit.code, orbit.stored) for orbit in orbits] == [(code, True) for code in subset.code]
     for orbit in (orbits[0], orbits[7], orbits[-1]):
         assert orbit == catalogue[orbit.code]
         assert orbit in subset
@@ -144,13 +163,13 @@ def test_a_subset_is_a_sequence_of_orbits(catalogue):
 def test_parts_of_a_subset_are_subsets(catalogue):
     subset = catalogue.select(p="2-5", status="orbit", coordinates=True)
     some = subset[5:50:7]
-    assert repr(some) == "<7 of 121 orbits of period 2 to 5 at a = 1.6>"
+    assert str(some) == "<7 of 121 orbits of period 2 to 5 at a = 1.6>"
     assert same(some, subset[[5, 12, 19, 26, 33, 40, 47]])
     assert same(some, subset[np.arange(121) % 7 == 5][:7])
     assert list(some) == list(subset)[5:50:7]
     np.testing.assert_array_equal(some.coordinates_of(2), subset.coordinates_of(19))
     assert some[1:][0] == some[1]
-    assert repr(some[1:]) == "<6 of 121 orbits of period 2 to 5 at a = 1.6>"
+    assert str(some[1:]) == "<6 of 121 orbits of period 2 to 5 at a = 1.6>"
     assert same(subset[:], subset)
     assert same(subset[np.ones(121, bool)], subset)
     assert not same(subset, subset[1:])
@@ -308,7 +327,7 @@ def test_descriptions_use_singular_and_plural(status):
 
 def test_descriptions_leave_out_empty_ranges_and_shorten_long_words(catalogue):
     subset = catalogue.select(p=2, status="orbit", length=(None, None))
-    assert repr(subset) == "<1 orbit of period 2 at a = 1.6>"
+    assert str(subset) == "<1 orbit of period 2 at a = 1.6>"
     assert Selection(ranges={"length": (None, None)}).describe() == "words at a = 1.6"
     for word, shown in (("13" * 30, "13" * 30), ("13" * 31, "13" * 28 + "1...")):
         assert chosen_by(p=80, contains=word).describe().endswith(f" containing {shown}")
@@ -322,7 +341,7 @@ def test_descriptions_leave_out_empty_ranges_and_shorten_long_words(catalogue):
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        ({"colour": (1, 2)}, "criteria are a, p, status, time_reversal, .*, length, lyapunov"),
+        ({"colour": (1, 2)}, "criteria are a, p, status, time_reversal, .*, length, .*, lyapunov"),
         (
             {"reversal": "self"},
             "reversal: not a criterion; did you mean time_reversal\\? criteria are a, p, status",
@@ -354,7 +373,7 @@ def test_other_libraries_read_a_subset_through_arrow(varied):
     subset = Catalogue(varied).select(a=1.6, p="2-4", status="orbit")
     read = pyarrow.table(subset)
     assert read.equals(subset.to_arrow())
-    assert read["code"].to_pylist() == subset.codes.tolist()
+    assert read["code"].to_pylist() == subset.code.tolist()
 
 
 def test_births_of_an_impossible_period_are_refused(filled):

@@ -34,6 +34,6 @@ def test_words_of_any_length_sort_as_texts(tmp_path):
     catalogue.fill(
         "2-3", words=map(parse, ("1^10 3^10", "1^11 3^10", "1^30 5^29", "1^31 5^29", "0^25 1", "001"))
     )
-    codes = list(catalogue.select(status="all").codes)
-    assert list(catalogue.select(status="all", order="code").codes) == sorted(codes) != codes
-    assert list(catalogue.select(status="all", order="code desc").codes) == sorted(codes)[::-1]
+    codes = list(catalogue.select(status="all").code)
+    assert list(catalogue.select(status="all", order="code").code) == sorted(codes) != codes
+    assert list(catalogue.select(status="all", order="code desc").code) == sorted(codes)[::-1]

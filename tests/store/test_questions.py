@@ -79,7 +79,7 @@ def test_arrays_agree_with_a_list(asked, criteria, order):
     catalogue, rows = asked
     subset = catalogue.select(chosen_by(**criteria), order=order, coordinates=True)
     wanted = expected(rows, criteria, order)
-    assert subset.codes.tolist() == [row["code"] for row in wanted]
+    assert subset.code.tolist() == [row["code"] for row in wanted]
     for name in ("length", "margin", "lambda_c", "born", "area", "area_error"):
         known = [math.nan if row[name] is None else row[name] for row in wanted]
         np.testing.assert_array_equal(getattr(subset, name), known, err_msg=name)
@@ -136,12 +136,18 @@ def test_histograms_agree_with_a_list(asked, criteria, column, bins):
 def options(criteria):
     """Return criteria as options of a command."""
     spans = {name: criteria[name] for name in model.RANGES if name in criteria}
-    texts = {name: ":".join("" if end is None else repr(end) for end in span) for name, span in spans.items()}
+    texts = {
+        name: str(span)
+        if isinstance(span, int)
+        else ":".join("" if end is None else repr(end) for end in span)
+        for name, span in spans.items()
+    }
     listed = [("--range", f"{name}={text}") for name, text in texts.items()]
     for name, option in (("exists", "--exists"), ("not_at", "--not-at")):
         listed += [(option, str(a)) for a in criteria.get(name, ())]
+    listed += [("--without", pattern) for pattern in criteria.get("without", ())]
     named = {"time_reversal": "--reversal"}
-    plain = set(criteria) - {*spans, "exists", "not_at"}
+    plain = set(criteria) - {*spans, "exists", "not_at", "without"}
     listed += [(named.get(name, f"--{name}"), str(criteria[name])) for name in sorted(plain)]
     return [text for pair in listed for text in pair]
 

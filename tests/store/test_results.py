@@ -64,7 +64,7 @@ def test_missing_periods_are_noted(catalogue):
     assert any("not filled" in note for note in found.notes)
     assert found["h_zeta"] == catalogue.entropy(p="2-8")["h_zeta"][-2:]
     nothing = catalogue.entropy(p=12)
-    assert repr(nothing) == "<0 rows: words of period 12 at a = 1.6; print() shows them>"
+    assert repr(nothing) == "\n".join(["<no words of period 12 at a = 1.6>", *nothing.facts, *nothing.notes])
     assert catalogue.table(Selection(periods=((0, 1),))).notes == ("no words of period 0 to 1 at a = 1.6",)
     with pytest.raises(InputError, match="exp or det"):
         catalogue.lyapunov(weight="none")
@@ -128,7 +128,8 @@ def test_proved_bounds_are_stored_once_and_read_back(filled, cli):
     assert (surer.window, surer.proof) == (4, "balls")
     assert surer.width > closest.width
     (line,) = catalogue.table(p=3).facts
-    assert line.endswith(f"{closest.between}, proved by {closest.basis}; {surer.between} by {surer.basis}")
+    sources = f"proved from {closest.basis}; {surer.between} from {surer.basis}"
+    assert line.endswith(f"{closest.between}, {sources}")
     assert [(each.a, each.window) for each in catalogue.entropy_curve()] == [(0.5, 4), (1.6, 11)]
     assert [each.a for each in catalogue.entropy_curve(proof="balls")] == [1.6]
     assert catalogue.entropy_bounds(a=3) is None

@@ -29,7 +29,9 @@ def cells_of(app: Any) -> Iterator[Cells]:
         for segment in strip:
             style = segment.style
             if segment.text.strip():
-                assert style is not None and style.color is not None and style.bgcolor is not None
+                assert style is not None
+                assert style.color is not None
+                assert style.bgcolor is not None
                 ink, ground = Color.from_rich_color(style.color), Color.from_rich_color(style.bgcolor)
                 if style.reverse:
                     ink, ground = ground, ink

@@ -68,6 +68,8 @@ def _class(stored: sqlite3.Row, changes: list[sqlite3.Row]) -> list[Row]:
         "lambda_c_error": _error_of_quotient(stored),
         "half": (half := _half(stored["symmetry"])),
         "quarter_length": None if length is None else length / 2 if half else length,
+        "quarter_lyapunov": None if lyapunov is None else lyapunov / 2 if half else lyapunov,
+        "quarter_maslov": (3 * p - stored["walls"]) // (2 if half else 1),
         "born": changes[0]["a"] or None if changes else None,
         "dies": changes[1]["a"] if len(changes) > 1 else None,
         "rules": [],
@@ -104,7 +106,8 @@ def _error_of_quotient(stored: sqlite3.Row) -> float | None:
 
 def _pruned(stored: sqlite3.Row, a: float) -> Row:
     names = ("representative", "cycle", "element", "class_size", "walls", "maslov", "time_reversal",
-             "symmetry", "half", "quarter_length", "lambda_d", "lambda_c", "lambda_c_error", "born", "dies",
+             "symmetry", "half", "quarter_length", "quarter_lyapunov", "quarter_maslov", "lambda_d",
+             "lambda_c", "lambda_c_error", "born", "dies",
              "coordinates", *OF_ORBIT)  # fmt: skip
     known = {"a": a, "p": stored["p"], "code": stored["word"], "changes": []}
     rules = [int(rule) for rule in stored["rules"].split(",")]
@@ -130,14 +133,20 @@ def _tests(
     )
     yield any(int(low) <= row["p"] <= int(high or low) for low, high in periods)
     yield from (criteria[name] == row[name] for name in ("time_reversal", "symmetry") if name in criteria)
-    yield criteria.get("contains", "") in row["code"] * 2
+    endless = row["code"] * 20
+    yield criteria.get("contains", "") in endless
+    yield not any(pattern in endless for pattern in criteria.get("without", ()))
     yield all(lives(row, a) for a in criteria.get("exists", ()))
     yield all(row["changes"] and not lives(row, a) for a in criteria.get("not_at", ()))
-    yield from (_within(row[name], *criteria[name]) for name in RANGES if name in criteria)
+    yield from (_within(row[name], *_pair(criteria[name])) for name in RANGES if name in criteria)
     yield where is None or bool(where(row))
 
 
-RANGES = ("length", "lambda_c", "margin", "born")
+RANGES = ("length", "lambda_c", "margin", "born", "walls", "quarter_length")
+
+
+def _pair(bounds: Any) -> tuple[float | None, float | None]:
+    return (bounds, bounds) if isinstance(bounds, int) else bounds
 
 
 def lives(row: Row, at: float) -> bool:

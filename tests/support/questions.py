@@ -41,6 +41,9 @@ WHERE: dict[str, Callable[[model.Row], Any]] = {
         lambda row: "31" not in row["code"] and row["length"] > 9, "length"
     ),
     "code like '1_3%'": lambda row: row["code"][0] == "1" and row["code"][2:3] == "3",
+    "contains(code, '131')": lambda row: "131" in row["code"] * 3,
+    "not contains(code, '02') and p > 2": lambda row: row["p"] > 2 and "02" not in row["code"] * 2,
+    "contains(representative, '31')": lambda row: "31" in (row["representative"] or "") * 2,
     # of single words
     "area > 0 and p > 3": both(lambda row: row["area"] > 0 and row["p"] > 3, "area"),
     "element = 3": lambda row: row["element"] == 3,
@@ -68,12 +71,15 @@ CRITERIA = st.fixed_dictionaries(
         "time_reversal": st.sampled_from(["self", "pair"]),
         "symmetry": st.sampled_from(["1", "T", "x,T,xT"]),
         "contains": st.sampled_from(["13", "44", "131013", "31202131", "3131313131313131"]),
+        "without": st.sampled_from([["13"], ["02", "44"], ["31202131"], ["3131313131313131"]]),
         "exists": st.sampled_from([(0.8,), (0.3, 2.0)]),
         "not_at": st.just((0.2,)),
         "length": st.sampled_from([(11.0, None), (None, 14.0), (11.0, 14.0), (99.0, None)]),
         "margin": st.sampled_from([(None, 0.0), (0.05, 0.3)]),
         "lambda_c": st.just((0.38, 0.45)),
         "born": st.sampled_from([(0.1, 1.0), (None, 0.5)]),
+        "walls": st.sampled_from([0, 2, (1, None), (2, 3)]),
+        "quarter_length": st.sampled_from([(None, 6.0), (5.5, 12.0)]),
         "where": st.sampled_from(sorted(WHERE)),
     },
 )

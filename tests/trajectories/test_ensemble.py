@@ -10,7 +10,10 @@ from hypothesis import strategies as st
 from itineraries import is_uniform, random_rays
 from quick import slow_but
 
+from orbitdb.averages.exact_means import exact_means
+from orbitdb.averages.simulation import simulate
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError
 from orbitdb.trajectories.ensemble import (
     LEAST,
     TRAJECTORIES,
@@ -21,7 +24,6 @@ from orbitdb.trajectories.ensemble import (
     follow,
     random_arcs,
     references,
-    simulate,
 )
 from orbitdb.trajectories.legwise import simulate_legs
 from orbitdb.trajectories.trajectory import Rays, bounce
@@ -162,6 +164,17 @@ def test_the_seed_fixes_the_result_and_progress_gives_partial_results():
 def test_bad_numbers_of_bounces_and_trajectories_are_refused(wrong):
     with pytest.raises(ValueError, match="two trajectories"):
         simulate(Stadium(1.6), **{"bounces": 1000, **wrong})
+
+
+def test_a_simulation_leg_by_leg_is_that_of_the_exact_means():
+    seen = []
+    found = simulate(0.7, 20_000, 3, progress=lambda *now: seen.append(now), legwise=True)
+    assert found == simulate_legs(Stadium(0.7), 20_000, exact_means(0.7).growth, 3)
+    assert seen[-1] == (1, found)
+    with pytest.raises(InputError, match="trajectories does nothing with legwise=True"):
+        simulate(0.7, 20_000, trajectories=300, legwise=True)
+    with pytest.raises(InputError, match="seed = -1"):
+        simulate(0.7, 20_000, -1, legwise=True)
 
 
 SEEDS = 40

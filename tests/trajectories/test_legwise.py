@@ -5,8 +5,9 @@ import pytest
 from quick import slow_but
 
 from orbitdb.averages.exact_means import exact_means
+from orbitdb.averages.simulation import simulate
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.trajectories.ensemble import Arcs, advance, random_arcs, simulate
+from orbitdb.trajectories.ensemble import Arcs, advance, random_arcs
 from orbitdb.trajectories.legwise import Beams, Runs, follow, next_leg, random_runs, simulate_legs
 
 

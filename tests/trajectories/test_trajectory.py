@@ -17,7 +17,14 @@ from orbitdb.errors import InputError
 from orbitdb.orbits.solve import solve, solve_word
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.ensemble import Arcs, advance
-from orbitdb.trajectories.trajectory import Rays, bounce, trace_points, trace_start, trajectory
+from orbitdb.trajectories.trajectory import (
+    Rays,
+    bounce,
+    random_start,
+    trace_points,
+    trace_start,
+    trajectory,
+)
 
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)
 seeds = st.integers(0, 2**32 - 1)
@@ -155,12 +162,97 @@ def test_a_trajectory_along_an_orbit_has_its_bounces_and_symbols():
     assert path.path[:7].sum() == pytest.approx(there(orbit.length), rel=1e-12)
 
 
+@given(widths, seeds)
+@settings(max_examples=settings().max_examples // 4)
+def test_the_stretching_is_that_of_two_neighbours_in_the_most_stretched_direction(a, seed):
+    """Neighbours offset across the path and in direction give the map by differences."""
+    path = trajectory(a, seed=seed, bounces=4)
+    x, y, angle = random_start(Stadium(a), seed)
+    small = 1e-7
+    across = np.array([-math.sin(angle), math.cos(angle)])
+    columns = []
+    for offset, turn in ((small, 0.0), (0.0, small)):
+        ends = []
+        for sign in (1, -1):
+            sx, sy = np.array([x, y]) + sign * offset * across
+            try:
+                ends.append(trajectory(a, sx, sy, angle + sign * turn, bounces=4))
+            except InputError:  # the neighbour starts outside
+                return
+        one, two = ends
+        if (one.symbol != two.symbol).any() or (path.error > 1e-11).any() or path.path.min() < 1e-3:
+            return
+        turned = np.angle(np.exp(1j * (one.angle - two.angle)))
+        off = -np.sin(path.angle) * (one.x - two.x) + np.cos(path.angle) * (one.y - two.y)
+        columns.append(np.stack([off, turned]) / (2 * small))
+    norms = np.linalg.norm(np.moveaxis(np.array(columns), -1, 0), ord=2, axis=(1, 2))
+    np.testing.assert_allclose(np.exp(path.lyapunov), norms, rtol=1e-3)
+
+
+@given(widths, seeds)
+@settings(max_examples=settings().max_examples // 4)
+def test_stretching_is_never_shrinking_and_does_not_stop(a, seed):
+    path = trajectory(a, seed=seed, bounces=300)
+    assert (path.lyapunov >= 0).all()  # the map preserves areas
+    assert np.isfinite(path.lyapunov).all()
+    assert np.isfinite(path.error).all()
+
+
+def test_a_trajectory_along_an_orbit_is_stretched_by_lambda_in_every_traversal():
+    orbit = there(solve_word("13", 1.6))
+    path = trajectory(1.6, 0, 0, 0, bounces=60)
+    each = path.lyapunov[11::2] - path.lyapunov[9:-2:2]
+    np.testing.assert_allclose(each, there(orbit.lyapunov), rtol=1e-12)
+    balls = trajectory(1.6, 0, 0, math.pi / 2, bounces=1000)  # only shear: the matrix is (1, length; 0, 1)
+    length = balls.path.cumsum()
+    np.testing.assert_allclose(balls.lyapunov, np.arcsinh(length / 2), rtol=1e-12)
+
+
+def test_finite_time_exponents_tend_to_the_average_over_trajectories():
+    path = trajectory(1.6, seed=3, bounces=10_000)
+    assert path.lyapunov[-1] / len(path) == pytest.approx(0.88679, abs=0.06)
+    assert path.lyapunov[-1] / path.path.sum() == pytest.approx(0.37521, abs=0.03)
+
+
+def test_random_starts_are_uniform_and_repeatable():
+    again = [trajectory(1.6, seed=3) for _ in range(2)]
+    assert (again[0].x == again[1].x).all()
+    assert (again[0].x != trajectory(1.6, seed=4).x).any()
+    stadium, rng = Stadium(0.5), np.random.default_rng(1)
+    x, y, angle = np.array([random_start(stadium, rng) for _ in range(4000)]).T
+    inside = 4 * 0.5 / stadium.area  # the share of the rectangle between the straight walls
+    assert np.mean(np.abs(x) < 0.5) == pytest.approx(inside, abs=0.04)
+    assert np.hypot(np.maximum(np.abs(x) - 0.5, 0), y).max() < 1
+    assert np.abs([np.mean(np.exp(1j * angle)), np.mean(x), np.mean(y)]).max() < 0.08
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, "a seed for a random start"),
+        ({"x": 0.0, "y": 0.0}, "a seed for a random start"),
+        ({"x": 0.0, "y": 0.0, "angle": 1.0, "seed": 3}, "a seed for a random start"),
+        ({"x": 0.0, "seed": 3}, "a seed for a random start"),
+        ({"seed": -1}, "seed = -1"),
+        ({"seed": "three"}, "seed = 'three'"),
+    ],
+)
+def test_a_trajectory_needs_one_start(given, message):
+    with pytest.raises(InputError, match=message):
+        trajectory(1.6, **given)
+
+
 def test_a_trajectory_is_a_table_and_a_picture():
     matplotlib.use("agg")
     path = trajectory(Stadium(1.0), 0.2, -1, 1.0, 5)
-    assert repr(path) == "<5 bounces at a = 1>"
+    assert str(path) == "<5 bounces at a = 1>"
+    assert repr(path).splitlines()[1].split()[:4] == ["x", "y", "angle", "symbol"]
+    assert path._repr_html_().count("<tr>") == 6
+    long = trajectory(1.0, seed=1, bounces=30)
+    assert long._repr_html_().count("<tr>") == 21
+    assert "… and 10 more" in long._repr_html_()
     frame = path.to_pandas()
-    assert list(frame.columns) == ["x", "y", "angle", "symbol", "path", "error"]
+    assert list(frame.columns) == ["x", "y", "angle", "symbol", "path", "error", "lyapunov"]
     assert frame["x"].tolist() == path.x.tolist()
     axes = path.plot()
     assert axes.get_title() == "5 bounces at a = 1"

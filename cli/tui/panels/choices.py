@@ -56,7 +56,7 @@ class View(NamedTuple):
                     low, high = ("" if bound is None else exact(bound) for bound in value)
                     words += ["--range", f"{name}={low}:{high}"]
                 case list():
-                    words += [word for a in value for word in (option, exact(a))]
+                    words += [text for a in value for text in (option, a if isinstance(a, str) else exact(a))]
                 case _:
                     words += [option, exact(value) if isinstance(value, float) else value]
         return " ".join(map(_quoted, [*words, "-c", ",".join(self.columns)]))
@@ -74,6 +74,7 @@ class View(NamedTuple):
             "p": spans,
             "status": ",".join(chosen.statuses),
             **{name: getattr(chosen, name) for name in ("time_reversal", "symmetry", "contains")},
+            "without": list(chosen.without),
             "exists": list(chosen.exists),
             "not_at": list(chosen.not_at),
             **{name: tuple(bounds) for name, bounds in chosen.ranges.items()},

@@ -16,7 +16,7 @@ from orbitdb.cli.tui.panels.jumps import Jumps
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, CatalogueFile, Kept, Ordering, Pages, known_columns
 from orbitdb.orbits.orbit import Orbit
-from sqlalchemy import Connection
+from orbitdb.store.connection import Connection
 from orbitdb.store.query import choose
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation

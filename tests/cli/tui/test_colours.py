@@ -90,10 +90,10 @@ async def test_pruned_words_are_dimmer_than_orbits(filled_once, names):
             await with_theme(app, pilot, name)
             assert unreadable(app) == [], name
             table, found = app.screen.query_one(PagedTable), {}
-            place = table.content_region.offset + (0, table.cursor + 1 - table.scroll_offset.y)
+            place = table.content_region.y + table.cursor + 1 - table.scroll_offset.y
             for cells in texts_of(app):
                 status = re.search("orbit|dynamical", cells.text)
-                if table.region.contains(cells.x, cells.y) and status and cells.y != place.y:
+                if table.region.contains(cells.x, cells.y) and status and cells.y != place:
                     found.setdefault(status[0], set()).add(cells.contrast)
             (clear,), (dim,) = found["orbit"], found["dynamical"]
             assert clear > 1.2 * dim, name

@@ -23,6 +23,18 @@ async def typed(pilot, line):
     await settle(pilot)
 
 
+async def test_a_filter_counts_the_rows_that_the_view_held(filled_once):
+    """The other choices, such as a status, stay, and the filter is compared with what they leave."""
+    async with browsing(filled_once) as (app, pilot):
+        app.screen.choices.selection = Selection(statuses=(Status.ORBIT,))
+        await settle(pilot)
+        catalogue = Catalogue(filled_once)
+        held, found = catalogue.count(status="orbit"), catalogue.count(status="orbit", without="0202")
+        await press(pilot, "slash")
+        await typed(pilot, "not contains(code, '0202')")
+        assert told(app) == f"{found:,} of {held:,} words"
+
+
 @pytest.mark.slow
 async def test_rows_and_count_follow_the_filter_as_it_is_typed(filled_once):
     async with browsing(filled_once) as (app, pilot):
@@ -166,7 +178,7 @@ async def test_statuses_are_picked_from_a_list(filled_once):
         places = [shown(app).index(text) for text in ("statuses", "[ ] an unstable", "space marks")]
         assert places == sorted(places)  # the title, the names and the hint follow one another
         await press(pilot, "space", "j", "j", "space")
-        assert "its fixed point leaves the stadium at this a" in shown(app)
+        assert "its closed path leaves the stadium at this a" in shown(app)
         assert "[x] an unstable periodic orbit" in shown(app)
         assert "[ ] dynamically pruned" in shown(app)
         assert "[x] runs exactly through a joint" in shown(app)

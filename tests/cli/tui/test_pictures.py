@@ -215,7 +215,7 @@ def test_a_curve_of_one_period_starts_at_the_axis():
 
 
 def labels_of(word, a=A, size=(60, 18)):
-    """Return the symbols beside the bounces of a picture, and the places of the bounces, by rows and columns."""
+    """Return the symbols of a picture by row and column, the places of the bounces, and the picture."""
     orbit = solve_word(word, a)
     path = fixed_point(orbit) if orbit.points is None else path_of(orbit)
     picture, _ = draw_orbit(a, path, *size, code=word)

@@ -28,6 +28,7 @@ VIEWS = [
     View(chosen_by(a=1.0, symmetry="T", contains="3", length=(None, 20.5), margin=(1e-4, 2))),
     View(chosen_by(a=1.6, where="length < :most -- 'short'", parameters={"most": 12}), Ordering("code")),
     View(chosen_by(a=1.6, status="geometric"), Ordering("code", True)),
+    View(chosen_by(a=1.6, without=["02", "31"], walls=2, quarter_length=(3, 9))),
 ]
 
 
@@ -41,7 +42,7 @@ def test_the_command_and_the_line_of_python_give_the_rows_of_the_view(cli, varie
     assert head == names
     assert [line[0] for line in lines] == [row[0] for row in rows] != []
     subset = eval(view.python(varied), {"Catalogue": orbitdb.Catalogue})
-    assert subset.codes.tolist() == [row[0] for row in rows]
+    assert subset.code.tolist() == [row[0] for row in rows]
 
 
 def test_the_births_that_a_view_asks_for_are_written_down():

@@ -1,0 +1,336 @@
+"""Words in a magnetic field: `Catalogue.field`.
+
+Each symmetry class is solved once without a field, and followed to kappa and to -kappa. Its images under even
+elements (the identity, xy, xT, yT) have the numbers of the representative at kappa; images under odd elements
+(x, y, T, xyT) have those at -kappa.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from orbitdb.answers.field_words import MOST, PickedWords, followable, whole_periods
+from orbitdb.answers.results import Result
+from orbitdb.answers.subset import Texts
+from orbitdb.arrays import Floats, Integers, Marks, Masks, Places, Words
+from orbitdb.averages.by_period import of_divisors
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError, as_floats
+from orbitdb.extras import Drawn, data_frame
+from orbitdb.magnetic.action import ArcPaths
+from orbitdb.magnetic.continuation import follow
+from orbitdb.magnetic.status import IN_FIELD, FieldStatus, measure
+from orbitdb.orbits.newton import solve_in_doubles
+from orbitdb.progress import Tell, nobody
+from orbitdb.store.selection import Selection
+from orbitdb.symbols.symmetry import ODD, class_of, classify, encloses_nothing
+from orbitdb.symbols.words import (
+    MAX_KEYED,
+    from_strings,
+    least_rotations,
+    pack,
+    to_strings,
+    unpack,
+)
+from orbitdb.text import exact, several
+
+if TYPE_CHECKING:
+    import pandas
+
+COLUMNS = (
+    "code", "p", "a", "kappa", "status", "action", "length", "area", "lyapunov", "trace", "splitting",
+    "residual",
+)  # fmt: skip
+"""The columns of the entries, which are also their JSON keys."""
+
+_CHECKED_A, _CHECKED_P, _CHECKED_KAPPA = 1.6, 8, 0.1
+"""Half length, highest period and largest curvature at which random searches found no further words."""
+
+_NAMED = 4
+"""Number of curvatures to name in a repr."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FieldOrbits(Drawn):
+    """Words in a magnetic field, as arrays with one entry per word and curvature.
+
+    The numbers are computed in doubles, without error bounds; they are NaN for words that are not orbits.
+    `plot` draws the actions against the curvature.
+
+    Attributes
+    ----------
+    selection : Selection
+        What was chosen.
+    code, status : ndarray of str, shape (N,)
+        The words, and values of `orbitdb.magnetic.status.FieldStatus`.
+    p : ndarray of int, shape (N,)
+        Periods.
+    kappa : ndarray, shape (N,)
+        Curvatures of the path, 1 / (cyclotron radius), in 1/radius; positive if it turns left.
+    action, length, area : ndarray, shape (N,)
+        S = L - kappa A and L, in units of the radius, and the area A that one traversal encloses,
+        anticlockwise positive, in radius^2.
+    lyapunov, trace : ndarray, shape (N,)
+        Lambda and the trace of the monodromy matrix, for one traversal; lambda is 0 for an elliptic orbit.
+    splitting : ndarray, shape (N,)
+        Action of the reverse minus that of the word, in units of the radius, 2 kappa A to first order; NaN
+        unless both are orbits.
+    residual : ndarray, shape (N,)
+        Largest violation of the law of reflection at a bounce, as a difference of cosines.
+    periods : tuple of int
+        The periods of which all words are here; empty if the words were chosen by anything else.
+    notes : tuple of str
+        What limits the list and its numbers, one line each.
+
+    Examples
+    --------
+    >>> orbits = catalogue.field(0.05, p="2-8")
+    >>> orbits
+    <3197 words of period 2 to 8 at a = 1.6, kappa = 0.05: 2084 orbits>
+    >>> orbits.counts()["N_c"][-1]
+    1375
+    """
+
+    _FIGURES: ClassVar[tuple[str, ...]] = ("field",)
+
+    selection: Selection
+    code: Texts
+    p: Integers
+    kappa: Floats
+    status: Texts
+    action: Floats
+    length: Floats
+    area: Floats
+    lyapunov: Floats
+    trace: Floats
+    splitting: Floats
+    residual: Floats
+    periods: tuple[int, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.code)
+
+    def __repr__(self) -> str:
+        subject = self.selection.describe(count=len(self) // max(len(self.kappas), 1))
+        values = ", ".join(map(exact, self.kappas[:_NAMED])) + ", ..." * (len(self.kappas) > _NAMED)
+        return f"<{subject}, kappa = {values}: {several(int(self.exists.sum()), 'orbit')}>"
+
+    @property
+    def a(self) -> Floats:
+        """Half lengths of the stadium, all the same, shape (N,)."""
+        return np.full(len(self), self.selection.a)
+
+    @property
+    def kappas(self) -> list[float]:
+        """The different curvatures in ascending order, in 1/radius."""
+        values: list[float] = np.unique(self.kappa).tolist()
+        return values
+
+    @property
+    def exists(self) -> Marks:
+        """Which entries are orbits, unstable or stable, shape (N,)."""
+        return np.isin(self.status, IN_FIELD)
+
+    def rows(self, names: Sequence[str] = COLUMNS) -> Iterator[tuple[Any, ...]]:
+        """Yield the named columns of each entry as plain values; missing numbers are None."""
+        columns = (getattr(self, name).tolist() for name in names)
+        return zip(*([None if value != value else value for value in column] for column in columns),
+                   strict=True)  # fmt: skip
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return a pandas data frame (extra ``pandas``) with the columns of the JSON output."""
+        frame = data_frame({name: getattr(self, name) for name in COLUMNS})
+        frame.attrs |= {"selection": self.selection.describe()}
+        return frame
+
+    def counts(self) -> Result:
+        """Return the numbers of orbits by period, and the entropy K_0, as in the paper's Table 1.
+
+        The columns are p, N_c, elliptic (the stable ones among N_c), N and K_0; with several curvatures, the
+        first is kappa. Periods that N needs are followed, too.
+
+        Raises
+        ------
+        InputError
+            If the words were chosen by anything but periods.
+        """
+        if not self.periods:
+            raise InputError("counts are of whole periods: choose the words by p and a alone")
+        lower = sorted(set().union(*map(of_divisors, self.periods)).difference(self.periods))
+        tally = self._tally()
+        if lower:
+            tally += follow_words(whole_periods(self.selection, lower), self.kappas)._tally()
+
+        def orbits(kappa: float, p: int) -> int:
+            return sum(tally[kappa, p, status] for status in IN_FIELD)
+
+        rows = []
+        for kappa, p in product(self.kappas, self.periods):
+            points = sum(d * orbits(kappa, d) for d in of_divisors(p))
+            stable = tally[kappa, p, FieldStatus.ELLIPTIC.value]
+            rows.append(
+                (kappa, p, orbits(kappa, p), stable, points, math.log(points) / p if points else None)
+            )
+        names = ("kappa", "p", "N_c", "elliptic", "N", "K_0")
+        columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
+        if len(self.kappas) == 1:
+            del columns["kappa"]
+        return Result(self.selection, columns, (self.selection.describe(),), self.notes)
+
+    def _tally(self) -> "Counter[tuple[float, int, str]]":
+        return Counter(zip(self.kappa.tolist(), self.p.tolist(), self.status.tolist(), strict=True))
+
+    def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
+        if len(self.kappas) < 2 or not self.exists.any():
+            raise InputError(f"{self!r} cannot be drawn: follow orbits to several kappa")
+        return (self,), self.selection.describe(count=len(self) // len(self.kappas))
+
+
+def curvatures(values: Any, a: float) -> Floats:
+    """Return curvatures, shape (K,), given as one number or several.
+
+    Raises
+    ------
+    InputError
+        If one of them is not a number, or so large that an orbit might need more than half a circle.
+    """
+    kappa = np.unique(as_floats(values, "kappa: give one number, or a list of numbers"))
+    if not len(kappa):
+        raise InputError("give at least one kappa, such as 0.05")
+    largest = kappa[np.argmax(np.where(np.isfinite(kappa), np.abs(kappa), np.inf))]
+    if not abs(largest) * (a + 1) < 1:
+        raise InputError(
+            f"kappa = {largest:g}: the circles' diameter 2/kappa must be above the longest chord, "
+            f"{exact(2 * a + 2)} at a = {exact(a)}: give a kappa below {1 / (a + 1):.5g}"
+        )
+    return kappa
+
+
+def follow_words(picked: PickedWords, kappa: Any, tell: Tell = nobody) -> FieldOrbits:
+    """Follow words from kappa = 0 to one or several curvatures (`Catalogue.field`)."""
+    stadium = Stadium(picked.selection.a)
+    kappas = curvatures(kappa, stadium.a)
+    total = sum(len(rows) for rows, _ in picked.batches)
+    if total * len(kappas) > MOST:
+        raise InputError(
+            f"{total} words at {len(kappas)} curvatures are more than {MOST} entries: choose fewer"
+        )
+    places, parts, done = [np.zeros(0, np.intp)], [_NO_WORDS], 0
+    for rows, words in picked.batches:
+        tell(done, total, f"period {words.shape[1]}")
+        parts.append(_follow_period(stadium, words, kappas))
+        places.append((rows[:, None] * len(kappas) + np.arange(len(kappas))).ravel())
+        done += len(rows)
+    order = np.argsort(np.concatenate(places))
+    columns: dict[str, Any] = {
+        name: np.concatenate([part[name] for part in parts])[order] for name in parts[0]
+    }
+    orbits = FieldOrbits(picked.selection, **columns, periods=picked.periods)
+    return replace(orbits, notes=(*picked.notes, *_notes(orbits)))
+
+
+def follow_word(word: str, a: float, kappa: float) -> tuple[FieldStatus, ArcPaths]:
+    """Return the status of one word at a curvature, and its path, for figures."""
+    stadium, words, at = Stadium(a), from_strings([followable(word, a)]), curvatures(kappa, a)
+    followed = follow(stadium, words, solve_in_doubles(words, stadium).coordinates, np.zeros(1), at)
+    status = FieldStatus(str(measure(stadium, words, followed, at).status[0]))
+    return status, ArcPaths.of(stadium, words.T, followed.coordinates.T, at)
+
+
+_NO_WORDS: dict[str, Any] = {
+    name: np.zeros(
+        0, {"code": np.dtypes.StringDType(), "status": np.dtypes.StringDType(), "p": np.int64}.get(name)
+    )
+    for name in COLUMNS
+    if name != "a"
+}
+"""The columns of no words."""
+
+
+class _Classes(NamedTuple):
+    """The symmetry classes of N words."""
+
+    least: Words  # the representatives, shape (C, p)
+    stabiliser: Masks  # shape (C,)
+    owner: Places  # the class of each word, shape (N,)
+    odd: Marks  # whether an odd element leads to the word, shape (N,)
+
+
+def _classes_of(words: Words) -> _Classes:
+    p = words.shape[1]
+    if p <= MAX_KEYED:
+        found = classify(least_rotations(pack(words), p), p)
+        codes, first, owner = np.unique(found.representative, return_index=True, return_inverse=True)
+        return _Classes(unpack(codes, p), found.stabiliser[first], owner, np.isin(found.element, ODD))
+    families = [class_of(word) for word in to_strings(words)]
+    stabilisers = {family.representative: family.stabiliser for family in families}
+    place = {word: number for number, word in enumerate(stabilisers)}
+    owner = np.array([place[family.representative] for family in families])
+    odd = np.isin([family.element for family in families], ODD)
+    return _Classes(from_strings([*place]), np.array([*stabilisers.values()], np.uint8), owner, odd)
+
+
+def _follow_period(stadium: Stadium, words: Words, kappas: Floats) -> dict[str, Any]:
+    """Follow words of one period, shape (N, p), to K curvatures; return the columns, shape (N K,)."""
+    least, stabiliser, owner, odd = _classes_of(words)
+    both = ~encloses_nothing(stabiliser)  # the others are the same at kappa and -kappa
+    rows = np.concatenate([np.arange(len(least)), np.flatnonzero(both)])
+    sign = np.repeat([1.0, -1.0], [len(least), both.sum()])
+    opposite = np.where(both, len(least) - 1 + np.cumsum(both), np.arange(len(least)))
+    row_of = np.stack([np.arange(len(least)), opposite])  # of each class at kappa, and at -kappa
+    places, at = solve_in_doubles(least, stadium).coordinates[rows], 0.0
+    numbers: dict[float, dict[str, Any]] = {}
+    for size in np.unique(np.abs(kappas)).tolist():
+        followed = follow(stadium, least[rows], places, sign * at, sign * size)
+        places, at = followed.coordinates, size
+        found = measure(stadium, least[rows], followed, sign * size)
+        if size == 0:  # words without a fixed point to start from are proved to be no orbits
+            found.status[found.status == FieldStatus.UNRESOLVED.value] = FieldStatus.JOINT.value
+        for kappa in kappas[np.abs(kappas) == size].tolist():
+            turned = (odd != (kappa < 0)).astype(np.intp)
+            own, reverse = row_of[turned, owner], row_of[1 - turned, owner]
+            numbers[kappa] = vars(found.rows(own)) | {
+                "splitting": found.action[reverse] - found.action[own],
+                "area": found.area[own] * sign[own] * (-1.0 if kappa < 0 else 1.0) + 0.0,  # not -0.0
+            }
+    names = numbers[kappas[0]]
+    columns = {name: np.stack([numbers[at][name] for at in kappas.tolist()], 1).ravel() for name in names}
+    texts = np.dtypes.StringDType()
+    return columns | {
+        "code": np.repeat(np.array(to_strings(words), texts), len(kappas)),
+        "p": np.full(len(words) * len(kappas), words.shape[1]),
+        "kappa": np.tile(kappas, len(words)),
+        "status": columns["status"].astype(texts),
+    }
+
+
+def _notes(orbits: FieldOrbits) -> Iterator[str]:
+    """Yield what limits a list of words in a field, and their numbers."""
+    statuses = orbits.status.tolist()
+    if lost := statuses.count(FieldStatus.UNRESOLVED):
+        yield f"{several(lost, 'row is', 'rows are')} unresolved: these words could not be followed to kappa"
+    if stable := statuses.count(FieldStatus.ELLIPTIC):
+        yield (
+            f"{several(stable, 'orbit is', 'orbits are')} stable (elliptic): near a stable orbit, the "
+            "averages of the paper's eqs. (5) and (6) do not hold"
+        )
+    if orbits.periods and not (
+        orbits.selection.a == _CHECKED_A
+        and max(orbits.periods) <= _CHECKED_P
+        and max(map(abs, orbits.kappas)) <= _CHECKED_KAPPA
+    ):
+        yield (
+            "some words may be missing: in a strong field, there are orbits not connected with kappa = 0 "
+            f"(at a = {_CHECKED_A}, none was found up to p = {_CHECKED_P} and kappa = {_CHECKED_KAPPA})"
+        )
+    if np.any(orbits.kappa):
+        yield (
+            "computed in doubles, without proof or error bounds; a word may have more orbits than the one "
+            "that is followed from kappa = 0"
+        )

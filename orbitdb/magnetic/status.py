@@ -1,0 +1,73 @@
+"""What became of words that were followed into a magnetic field: their statuses and numbers."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from orbitdb.arrays import Batch, Floats, Words
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.magnetic.action import ArcPaths
+from orbitdb.magnetic.continuation import Followed
+from orbitdb.magnetic.flow import at_joints, leave_stadium, stability
+
+
+class FieldStatus(StrEnum):
+    """The status of a word in a magnetic field."""
+
+    ORBIT = "orbit"
+    ELLIPTIC = "elliptic"
+    JOINT = "joint"
+    GRAZING = "grazing"
+    UNRESOLVED = "unresolved"
+
+    @property
+    def sentence(self) -> str:
+        """The status as a phrase."""
+        return _SENTENCES[self]
+
+
+_SENTENCES = {
+    FieldStatus.ORBIT: "an unstable periodic orbit",
+    FieldStatus.ELLIPTIC: "a stable periodic orbit, |tr M| < 2",
+    FieldStatus.JOINT: "no orbit: a bounce has left its wall or semicircle",
+    FieldStatus.GRAZING: "no orbit: an arc meets another part of the boundary first",
+    FieldStatus.UNRESOLVED: "not decided: it could not be followed from kappa = 0",
+}
+
+IN_FIELD = (FieldStatus.ORBIT.value, FieldStatus.ELLIPTIC.value)
+"""Statuses of words that are orbits, and so have numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class FieldNumbers(Batch):
+    """Statuses and numbers of N words at their own curvatures, as arrays of shape (N,).
+
+    The numbers are NaN for words that are not orbits.
+    """
+
+    status: NDArray[np.str_]  # values of `FieldStatus`
+    action: Floats  # S = L - kappa A, in units of the radius
+    length: Floats  # L
+    area: Floats  # A, anticlockwise positive, in radius^2
+    lyapunov: Floats  # lambda of one traversal; 0 for an elliptic orbit
+    trace: Floats  # of the monodromy matrix
+    residual: Floats  # largest violation of the law of reflection, as a difference of cosines
+
+
+def measure(stadium: Stadium, words: Words, followed: Followed, kappa: Floats) -> FieldNumbers:
+    """Decide which followed words, shape (N, p), are orbits at their curvatures, shape (N,); measure them."""
+    symbols, places = words.T, followed.coordinates.T
+    paths = ArcPaths.of(stadium, symbols, places, kappa)
+    trace, lyapunov = stability(symbols, paths)
+    cases = {
+        FieldStatus.UNRESOLVED: followed.lost,
+        FieldStatus.JOINT: at_joints(stadium, symbols, places),
+        FieldStatus.GRAZING: leave_stadium(stadium, paths),
+        FieldStatus.ELLIPTIC: np.abs(trace) < 2,
+    }
+    status = np.select([*cases.values()], [each.value for each in cases], FieldStatus.ORBIT.value)
+    numbers = paths.actions, paths.lengths, paths.areas, lyapunov, trace, followed.residual
+    exists = np.isin(status, IN_FIELD)
+    return FieldNumbers(status, *(np.where(exists, values, np.nan) for values in numbers))
