@@ -13,7 +13,7 @@ import typer
 
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path, home_expanded
-from orbitdb.text import exact, real, whole
+from orbitdb.text import format_float, parse_int, real
 
 if TYPE_CHECKING:
     from orbitdb.store.selection import Selection
@@ -64,7 +64,7 @@ def offered_half_lengths(context: typer.Context) -> list[str]:
     from orbitdb.errors import StoreError
 
     try:
-        return [*map(exact, Catalogue(context.params.get("db")).a_values())]
+        return [*map(format_float, Catalogue(context.params.get("db")).a_values())]
     except (InputError, StoreError):
         return []
 
@@ -91,7 +91,7 @@ class HalfLengths(tuple[float, ...]):
     __slots__ = ()
 
     def __str__(self) -> str:
-        return ", ".join(map(exact, self))
+        return ", ".join(map(format_float, self))
 
 
 ALL = "all"
@@ -117,7 +117,7 @@ def half_lengths(text: str) -> HalfLengths:
         return HalfLengths([half_length(text)])
     if len(parts) != 3:
         raise ValueError(f"{text!r:.40}: give one value, or a grid FROM:TO:COUNT such as 0.3:10:40")
-    low, high, count = half_length(parts[0]), half_length(parts[1]), whole(parts[2])
+    low, high, count = half_length(parts[0]), half_length(parts[1]), parse_int(parts[2])
     if not (low < high and 2 <= count <= _MOST_VALUES):
         raise ValueError(
             f"{text:.40}: a grid has 2 to {_MOST_VALUES} values, from a smaller a to a larger one"
@@ -142,7 +142,7 @@ def curvatures(text: str) -> Curvatures:
         return Curvatures([real(text)])
     if len(parts) != 3:
         raise ValueError(f"{text!r:.40}: give one value, or a grid FROM:TO:COUNT such as 0:0.3:31")
-    low, high, count = real(parts[0]), real(parts[1]), whole(parts[2])
+    low, high, count = real(parts[0]), real(parts[1]), parse_int(parts[2])
     if not (low < high < math.inf and 2 <= count <= _MOST_VALUES):
         raise ValueError(
             f"{text:.40}: a grid has 2 to {_MOST_VALUES} values, from a smaller kappa to a larger one"
@@ -185,7 +185,7 @@ def a_option(default: str = "") -> Any:
 
 def count_option(*flags: str, help: str, least: float = -math.inf, most: float = math.inf) -> Any:
     """Return an option that takes a whole number within bounds; it may be written as 1e6."""
-    return typer.Option(*flags, metavar="COUNT", parser=_reader(whole, least, most), help=help)
+    return typer.Option(*flags, metavar="COUNT", parser=_reader(parse_int, least, most), help=help)
 
 
 def _reader(reading: Callable[[str], Any], least: float = -math.inf, most: float = math.inf) -> Any:
@@ -327,7 +327,7 @@ def _typed(context: typer.Context, name: str | None) -> bool:
 
 
 @dataclass(frozen=True)
-class Choice:
+class SelectionOptions:
     """The options that choose a subset of the catalogue, as the user typed them.
 
     A command gets all of them through one parameter, ``choice: Choice`` (`with_groups`).
@@ -397,14 +397,14 @@ class Choice:
 
     def at(self, a: float) -> "Selection":
         """Return the subset at a given a; raise if an option cannot be parsed."""
-        from orbitdb.store.selection import SelectionError, chosen_by, parse_bounds
+        from orbitdb.store.selection import Selection, SelectionError, parse_bounds
         from orbitdb.store.where import parse_parameters
 
         if self.parameters and self.where is None:
             raise SelectionError("-P gives a value to a name in --where: give --where, or leave out -P")
         parameters = parse_parameters(self.parameters or (), self.where or "")
         names = ("p", "status", "symmetry", "contains", "where")
-        chosen = chosen_by(
+        chosen = Selection.from_criteria(
             a=a,
             **{name: getattr(self, name) for name in names},
             time_reversal=self.reversal,

@@ -21,10 +21,15 @@ def facts(
     from orbitdb.orbits.status import EXISTING
     from orbitdb.symbols.pruning import RULES
     from orbitdb.symbols.words import run_notation
-    from orbitdb.text import closed_form, exact
+    from orbitdb.text import closed_form, format_float
 
     code = orbit.code if orbit.p <= LONG_CODE else run_notation(orbit.code)
-    facts = [("code", code), ("a", exact(orbit.a)), ("p", str(orbit.p)), ("status", orbit.status.sentence)]
+    facts = [
+        ("code", code),
+        ("a", format_float(orbit.a)),
+        ("p", str(orbit.p)),
+        ("status", orbit.status.sentence),
+    ]
     facts += [(f"  rule {rule.number}", rule.sentence) for rule in RULES if rule.number in orbit.rules]
     if orbit.exists:
         facts.append(("exists", lives_text(orbit.exists)))

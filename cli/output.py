@@ -21,7 +21,7 @@ from orbitdb.answers.export import TEXT_WRITERS
 from orbitdb.cli.advice import completed
 from orbitdb.errors import InputError
 from orbitdb.progress import Tell, aside, nobody, shown
-from orbitdb.text import as_sure, exact, joined, line, outward, printable, upwards
+from orbitdb.text import as_sure, format_float, joined, line, outward, printable, upwards
 
 
 class Format(StrEnum):
@@ -114,7 +114,7 @@ def number(name: str, value: Any) -> str:
         if name == "K_0":
             return f"{math.floor(value * 1000) / 1000:.3f}"  # truncated, not rounded, as in the paper
         decimals = _DECIMALS.get(name, 6)
-        return exact(value) if name in ("a", "kappa") else f"{value:z.{decimals}f}"
+        return format_float(value) if name in ("a", "kappa") else f"{value:z.{decimals}f}"
     if isinstance(value, list | tuple):
         return " ".join(number(name, item) for item in value)
     return printable(str(value))
@@ -181,10 +181,10 @@ def write_facts(facts: Sequence[tuple[str, str]]) -> None:
     width = max(len(name) for name, _ in facts)
     columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else sys.maxsize
     for name, text in facts:
-        sys.stdout.writelines(beside(f"{name.ljust(width)}  ", printable(text), columns))
+        sys.stdout.writelines(wrap_after(f"{name.ljust(width)}  ", printable(text), columns))
 
 
-def beside(start: str, text: str, columns: int) -> Iterator[str]:
+def wrap_after(start: str, text: str, columns: int) -> Iterator[str]:
     """Yield the lines of a text that is wrapped beside the start of its first line, if there is room."""
     room = max(columns - len(start), _LEAST_WIDTH)
     for part in wrap(text, room, break_long_words=False, break_on_hyphens=False) or [""]:

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from orbitdb.billiard import USUAL_A
-from orbitdb.cli.options import Asked, Choice, HalfLengths, many_a, named
+from orbitdb.cli.options import Asked, HalfLengths, SelectionOptions, many_a, named
 from orbitdb.cli.output import note, progress, repeats
 from orbitdb.columns import COMPUTED, IN_CATALOGUE
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
@@ -68,7 +68,9 @@ def asked_columns(
 
 
 @contextmanager
-def reading(db: Path, asked: Asked, choice: Choice) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
+def reading(
+    db: Path, asked: Asked, choice: SelectionOptions
+) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
     """Open a catalogue, and yield a snapshot of it with the subset that the options choose at each a."""
     from orbitdb.catalogue import Catalogue
 
@@ -111,7 +113,7 @@ def _stored(catalogue: "Catalogue", asked: Asked, db: Path) -> tuple[float, ...]
     if asked:
         return tuple(catalogue.a_values(orbits=True)) or (USUAL_A,)
     if (a := catalogue.a) != USUAL_A:
-        note(f"a = {exact(a)}, the only value in {db}")
+        note(f"a = {format_float(a)}, the only value in {db}")
     return (a,)
 
 

@@ -64,7 +64,7 @@ def deviations(folder: Path) -> str:
     from matplotlib.ticker import MaxNLocator
 
     from orbitdb import Selection, Stadium, Status
-    from orbitdb.answers.whole_periods import read_whole, sum_rules_of
+    from orbitdb.answers.complete_periods import read_complete_periods, sum_rules_of
     from orbitdb.averages.by_period import lyapunov_of_periods
     from orbitdb.averages.exact_means import exact_means
     from orbitdb.plots.style import BLUE, FAINT, GREEN, INK, ORANGE, PURPLE, figure, save
@@ -72,7 +72,7 @@ def deviations(folder: Path) -> str:
     from orbitdb.trajectories.legwise import simulate_legs
 
     with reading(folder / CATALOGUE) as moment:
-        subset = read_whole(moment, Selection(a=1.6, statuses=(Status.ORBIT,)))
+        subset = read_complete_periods(moment, Selection(a=1.6, statuses=(Status.ORBIT,)))
     found, held = lyapunov_of_periods(subset.sums(), subset.highest), sum_rules_of(subset)
     assert held is not None  # every period is filled
     means = exact_means(1.6)
@@ -145,7 +145,7 @@ def entropy_width(folder: Path) -> str:
     import numpy as np
 
     from orbitdb import Stadium
-    from orbitdb.entropy.bounds import search
+    from orbitdb.entropy_bounds.bounds import search
     from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PURPLE, figure, save
 
     def measured(a: float) -> tuple["np.ndarray", "np.ndarray"]:

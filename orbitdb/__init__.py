@@ -56,7 +56,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.answers.results import Births as Births, Result as Result
     from orbitdb.answers.scars import Scar as Scar
     from orbitdb.answers.subset import Subset as Subset
-    from orbitdb.entropy.bounds import EntropyBounds as EntropyBounds
+    from orbitdb.entropy_bounds.bounds import EntropyBounds as EntropyBounds
     from orbitdb.extras import Rows as Rows
     from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
     from orbitdb.orbits.exponents import OrbitClasses as OrbitClasses

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import AlteredError, InputError, StoreError, need_whole
+from orbitdb.errors import AlteredError, InputError, StoreError, check_int
 from orbitdb.extras import Rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, nobody, telling
@@ -18,12 +18,12 @@ from orbitdb.store.connection import ClosedError, Connection, never
 from orbitdb.store.file import Store
 from orbitdb.store.lookup import (
     WITH_ORBITS,
-    a_meant,
     a_values,
     born_with,
     certificate_of,
+    default_a,
+    default_among,
     find_word,
-    meant,
     with_existence,
 )
 from orbitdb.store.paths import default_path, home_expanded, network_disk
@@ -31,9 +31,8 @@ from orbitdb.store.selection import (
     Criteria,
     Selection,
     SelectionError,
-    chosen_by,
+    check_periods,
     chosen_periods,
-    fillable,
     with_criteria,
 )
 from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
@@ -53,8 +52,8 @@ if TYPE_CHECKING:
     from orbitdb.answers.scars import Scar
     from orbitdb.answers.sql_result import SqlResult
     from orbitdb.answers.subset import Subset
-    from orbitdb.entropy.bounds import EntropyBounds
-    from orbitdb.entropy.proof import Proof
+    from orbitdb.entropy_bounds.bounds import EntropyBounds
+    from orbitdb.entropy_bounds.proof import Proof
     from orbitdb.filling.estimate import Need
     from orbitdb.filling.workers import Workers
     from orbitdb.orbits.exponents import OrbitClasses
@@ -162,8 +161,8 @@ class Catalogue:
             If you gave none, and orbits are stored at several values of ``a`` but not at 1.6.
         """
         if self._a is None:
-            with self.snapshot() as moment:
-                self._a = a_meant(moment)
+            with self.snapshot() as connection:
+                self._a = default_a(connection)
         return self._a
 
     @contextmanager
@@ -184,10 +183,10 @@ class Catalogue:
         True
         """
         before = getattr(self._of_thread, "moment", None)
-        with self._moment(cancelled) as moment:
-            self._of_thread.moment = moment
+        with self._moment(cancelled) as connection:
+            self._of_thread.moment = connection
             try:
-                yield moment
+                yield connection
             finally:
                 self._of_thread.moment = before
 
@@ -221,24 +220,24 @@ class Catalogue:
 
     def __repr__(self) -> str:
         try:
-            with self.snapshot() as moment:
-                contents = self._contents(moment)
+            with self.snapshot() as connection:
+                contents = self._contents(connection)
         except StoreError as error:
             contents = str(error)
         return f"<Catalogue {self.path.name}: {contents}>"
 
-    def _contents(self, moment: Connection) -> str:
+    def _contents(self, connection: Connection) -> str:
         """Return one line that says which periods are filled, beginning with the default ``a``."""
         from orbitdb.answers.completeness import describe_fills
         from orbitdb.store.fills import read_fills
 
-        values = a_values(moment, WITH_ORBITS)
+        values = a_values(connection, WITH_ORBITS)
         try:
-            own = [meant(values) if self._a is None else self._a]
+            own = [default_among(values) if self._a is None else self._a]
         except InputError:
             own = []
         others = [a for a in values if a not in own]
-        parts = [describe_fills(read_fills(moment, a), a) for a in (*own, *others[:_SHOWN])]
+        parts = [describe_fills(read_fills(connection, a), a) for a in (*own, *others[:_SHOWN])]
         return "; ".join(parts) + (f"; and at {len(others) - _SHOWN} more" if len(others) > _SHOWN else "")
 
     # what is stored
@@ -250,8 +249,8 @@ class Catalogue:
         """
         from orbitdb.answers.info import read_info
 
-        with self.snapshot() as moment:
-            return read_info(moment, facts)
+        with self.snapshot() as connection:
+            return read_info(connection, facts)
 
     def sql(self, statement: str, parameters: Mapping[str, str | int | float] | None = None) -> "SqlResult":
         """Return the rows of one SELECT statement, over all values of ``a``, read on demand.
@@ -282,24 +281,24 @@ class Catalogue:
         if with_levels:
             from orbitdb.verification.verify import verifiable
 
-            with self.snapshot() as moment:
-                return verifiable(moment)
-        with self.snapshot() as moment:
-            return a_values(moment, WITH_ORBITS if orbits else ())
+            with self.snapshot() as connection:
+                return verifiable(connection)
+        with self.snapshot() as connection:
+            return a_values(connection, WITH_ORBITS if orbits else ())
 
     def fills(self, *, a: float | None = None) -> "Rows[Fill]":
         """Return the fills at a given ``a``, in order of period."""
         from orbitdb.store.fills import read_fills
 
-        with self.snapshot() as moment:
-            return Rows(read_fills(moment, self._at(a)))
+        with self.snapshot() as connection:
+            return Rows(read_fills(connection, self._at(a)))
 
     def birth_fills(self) -> "Rows[BirthFill]":
         """Return how far births and deaths are stored, period by period."""
         from orbitdb.store.lives import read_birth_fills
 
-        with self.snapshot() as moment:
-            return Rows(read_birth_fills(moment))
+        with self.snapshot() as connection:
+            return Rows(read_birth_fills(connection))
 
     def births(self, p: int) -> "Births":
         """Return the ranges of ``a`` in which the classes of a period are orbits, in order of birth.
@@ -314,10 +313,10 @@ class Catalogue:
         from orbitdb.answers.results import Births
         from orbitdb.store.lives import read_lives
 
-        period = need_whole("p", p, -math.inf)
-        fillable([(period, period)])
-        with self.snapshot() as moment:
-            return Births(read_lives(moment, period))
+        period = check_int("p", p, -math.inf)
+        check_periods([(period, period)])
+        with self.snapshot() as connection:
+            return Births(read_lives(connection, period))
 
     def entropy_bounds(self, *, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
         """Return the tightest bounds on the topological entropy that `prove_bounds` stored, or None.
@@ -329,37 +328,37 @@ class Catalogue:
         """
         from orbitdb.store.results import tightest_bounds
 
-        with self.snapshot() as moment:
-            return tightest_bounds(moment, self._at(a), proof)
+        with self.snapshot() as connection:
+            return tightest_bounds(connection, self._at(a), proof)
 
     def entropy_curve(self, *, proof: str | None = None) -> "Rows[EntropyBounds]":
         """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
         from orbitdb.store.results import bounds_by_a
 
-        with self.snapshot() as moment:
-            return Rows(bounds_by_a(moment, proof))
+        with self.snapshot() as connection:
+            return Rows(bounds_by_a(connection, proof))
 
     def reference(self, *, a: float | None = None) -> "Reference | None":
         """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
         from orbitdb.store.results import best_reference
 
-        with self.snapshot() as moment:
-            return best_reference(moment, self._at(a))
+        with self.snapshot() as connection:
+            return best_reference(connection, self._at(a))
 
     def sweeps(self, *, a: float | None = None) -> "Rows[Sweep]":
         """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
         from orbitdb.store.fills import read_sweeps
 
-        with self.snapshot() as moment:
-            return Rows(read_sweeps(moment, self._at(a)))
+        with self.snapshot() as connection:
+            return Rows(read_sweeps(connection, self._at(a)))
 
     def contents(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
         """Return what is stored at a given ``a``, in some periods or in all; `delete` would delete it."""
         from orbitdb.store.contents import contents
 
-        chosen = chosen_by(a=a, p=p)
-        with self.snapshot() as moment:
-            return contents(moment, chosen.a, chosen.periods)
+        chosen = Selection.from_criteria(a=a, p=p)
+        with self.snapshot() as connection:
+            return contents(connection, chosen.a, chosen.periods)
 
     # one word
 
@@ -369,8 +368,8 @@ class Catalogue:
         The word consists of symbols 0 to 5, or is in run notation; otherwise a `WordError` is raised.
         """
         symbols = parse(word)
-        with self.snapshot() as moment:
-            return find_word(moment, symbols, self._at(a))
+        with self.snapshot() as connection:
+            return find_word(connection, symbols, self._at(a))
 
     def __contains__(self, word: object) -> bool:
         """Tell whether a word is stored, whatever its rotation and status."""
@@ -408,13 +407,13 @@ class Catalogue:
 
         They are given by their representatives. Classes with another period are left out.
         """
-        with self.snapshot() as moment:
-            return born_with(moment, orbit)
+        with self.snapshot() as connection:
+            return born_with(connection, orbit)
 
     def certificate(self, orbit: Orbit) -> tuple[float, int] | None:
         """Return the radius and the number of bits of the stored proof of an orbit, or None."""
-        with self.snapshot() as moment:
-            return certificate_of(moment, orbit.representative, orbit.a)
+        with self.snapshot() as connection:
+            return certificate_of(connection, orbit.representative, orbit.a)
 
     def __iter__(self) -> Iterator[str]:
         """Yield the stored words, as least rotations, in order of period."""
@@ -470,8 +469,8 @@ class Catalogue:
         from orbitdb.answers.listing import Listing
         from orbitdb.store.query import COLUMNS
 
-        first = need_whole("offset", offset, 0)
-        most = None if limit is None else need_whole("limit", limit, 0)
+        first = check_int("offset", offset, 0)
+        most = None if limit is None else check_int("limit", limit, 0)
         chosen = self._several(selection, criteria)
         names = COLUMNS if columns is None else tuple(columns)
         return Listing(self.snapshot, self._moment, chosen, names, order, most, first, classes)
@@ -479,9 +478,9 @@ class Catalogue:
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
         """Return the number of words in a chosen subset, given as in `select`."""
-        from orbitdb.store.query import choose
+        from orbitdb.store.query import select_words
 
-        return len(self._answer(choose, selection, criteria))
+        return len(self._answer(select_words, selection, criteria))
 
     @with_criteria
     def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Counted":
@@ -547,7 +546,7 @@ class Catalogue:
         """
         from orbitdb.answers.subset import read_subset
 
-        most = None if limit is None else need_whole("limit", limit, 0)
+        most = None if limit is None else check_int("limit", limit, 0)
         return self._answer(read_subset, selection, criteria, order, coordinates, classes, most)
 
     @with_criteria
@@ -556,7 +555,7 @@ class Catalogue:
 
         The parameters are those of `select`. Orbits through a joint are included if you ask for their status.
         """
-        from orbitdb.answers.whole_periods import read_classes
+        from orbitdb.answers.complete_periods import read_classes
 
         return self._answer(read_classes, selection, criteria)
 
@@ -649,8 +648,8 @@ class Catalogue:
         """
         from orbitdb.answers.dataset import write_dataset
 
-        with telling(progress, "dataset") as tell, self.snapshot() as moment:
-            return write_dataset(moment, Path(folder), self._several(selection, criteria), force, tell)
+        with telling(progress, "dataset") as tell, self.snapshot() as connection:
+            return write_dataset(connection, Path(folder), self._several(selection, criteria), force, tell)
 
     def copy(self, target: Path | str, *, force: bool = False) -> None:
         """Copy the whole catalogue to a new file, as it is at this moment, even while others write to it.
@@ -673,10 +672,10 @@ class Catalogue:
 
         path = home_expanded(target)
         check_target(path, force)
-        with self.snapshot() as moment:
-            check_space(path, size_of(moment), "the copy takes")
+        with self.snapshot() as connection:
+            check_space(path, size_of(connection), "the copy takes")
             with complete(path) as draft:
-                copy_into(moment, draft)
+                copy_into(connection, draft)
 
     def identify(
         self,
@@ -751,8 +750,8 @@ class Catalogue:
         """
         from orbitdb.answers.identification import read_candidates
 
-        with self.snapshot() as moment:
-            return read_candidates(moment, self._at(a), length, tolerance, limit)
+        with self.snapshot() as connection:
+            return read_candidates(connection, self._at(a), length, tolerance, limit)
 
     # in a magnetic field
 
@@ -890,7 +889,7 @@ class Catalogue:
         from orbitdb.store.fills import read_fills
 
         at, wanted = self._at(a), () if periods is None else chosen_periods(periods)
-        single = [filling.fillable(word) for word in ([words] if isinstance(words, str | int) else words)]
+        single = [filling.check_word(word) for word in ([words] if isinstance(words, str | int) else words)]
         if not wanted and not single:
             raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
         if geometric and not wanted:
@@ -905,9 +904,9 @@ class Catalogue:
     @staticmethod
     def check_word(word: str) -> str:
         """Return the symbols of a word; raise `InputError` if it cannot be stored."""
-        from orbitdb.filling.fill import fillable
+        from orbitdb.filling.fill import check_word
 
-        return fillable(word)
+        return check_word(word)
 
     def fill_word(self, word: str, *, method: str = "newton", a: float | None = None) -> Orbit:
         """Store a primitive word of any period with its symmetry class, and return its orbit.
@@ -984,7 +983,7 @@ class Catalogue:
         """
         from orbitdb.filling import records
 
-        at, wanted = Stadium(self._at(a)), need_whole("bounces", bounces)
+        at, wanted = Stadium(self._at(a)), check_int("bounces", bounces)
         if store:
             records.check_writable(self.path)
         with telling(progress, "trajectories") as tell:
@@ -1127,15 +1126,15 @@ class Catalogue:
         everywhere = not isinstance(selection, Selection) and criteria.get("a") is None
         unnamed = selection is None and everywhere
         selections = () if unnamed else self._several(selection, criteria)
-        sample = None if sample is None else need_whole("sample", sample)
-        restarts, drawn = need_whole("restarts", restarts, 0), _seed(seed)
-        with self.snapshot() as moment:
+        sample = None if sample is None else check_int("sample", sample)
+        restarts, drawn = check_int("restarts", restarts, 0), _seed(seed)
+        with self.snapshot() as connection:
             if unnamed:
-                every = chosen_by(**criteria)
-                selections = tuple(replace(every, a=at) for at in verifiable(moment))
+                every = Selection.from_criteria(**criteria)
+                selections = tuple(replace(every, a=at) for at in verifiable(connection))
             missing: list[str] = []
             with suppress(AlteredError):  # one of the checks reports it
-                missing += gaps_of_periods(moment, selections, everywhere)
+                missing += gaps_of_periods(connection, selections, everywhere)
         with telling(progress, "verify") as tell:
             found = verified(self.path, selections, sample, restarts, drawn, births, rigorous, jobs, tell)
         return replace(found, notes=tuple(missing))
@@ -1164,7 +1163,7 @@ class Catalogue:
 
         at = Stadium(a).a  # no default: None would otherwise delete what is stored at 1.6
         contents = self.contents(at, p)
-        delete(self.path, at, chosen_by(p=p).periods)
+        delete(self.path, at, Selection.from_criteria(p=p).periods)
         return contents
 
     # quantum levels
@@ -1234,8 +1233,8 @@ class Catalogue:
         """
         from orbitdb.answers.levels import read_spectrum
 
-        with self.snapshot() as moment:
-            return read_spectrum(moment, self._at(a), lengths, points, k_max, levels, parity)
+        with self.snapshot() as connection:
+            return read_spectrum(connection, self._at(a), lengths, points, k_max, levels, parity)
 
     def levels(
         self,
@@ -1263,10 +1262,10 @@ class Catalogue:
 
         if method not in ("elements", "orbits"):
             raise InputError(f"method {method!r}: use elements or orbits")
-        with self.snapshot() as moment:
+        with self.snapshot() as connection:
             if method == "elements":
-                return levels_from_zero(moment, self._at(a), parity, k_max)
-            return levels_from_orbits(moment, self._at(a), k_max, parities_of(parity))
+                return levels_from_zero(connection, self._at(a), parity, k_max)
+            return levels_from_orbits(connection, self._at(a), k_max, parities_of(parity))
 
     def assess(
         self,
@@ -1293,8 +1292,8 @@ class Catalogue:
         """
         from orbitdb.answers.levels import assess_levels
 
-        with self.snapshot() as moment:
-            assessment, notes = assess_levels(moment, self._at(a), k, parity, fit_radius, window)
+        with self.snapshot() as connection:
+            assessment, notes = assess_levels(connection, self._at(a), k, parity, fit_radius, window)
         return replace(assessment, notes=tuple(notes))
 
     def level_statistics(
@@ -1317,19 +1316,19 @@ class Catalogue:
         from orbitdb.quantum.weyl import check_levels, parities_of
 
         at = self._at(a)
-        with self.snapshot() as moment:
+        with self.snapshot() as connection:
             if levels is None:
-                own = {of: levels_from_zero(moment, at, of).k for of in parities_of(parity)}
+                own = {of: levels_from_zero(connection, at, of).k for of in parities_of(parity)}
             else:
                 own = {of: check_levels(k, Stadium(at), of) for of, k in levels.items()}
-            return level_statistics(moment, at, own)
+            return level_statistics(connection, at, own)
 
     def stored_counterparts(self, levels: "Levels") -> list[float | None]:
         """Return, for each level from orbits, the stored level with the same number, or None."""
-        from orbitdb.answers.levels import beside
+        from orbitdb.answers.levels import stored_counterparts
 
-        with self.snapshot() as moment:
-            return beside(moment, levels)
+        with self.snapshot() as connection:
+            return stored_counterparts(connection, levels)
 
     def scars(
         self,
@@ -1362,8 +1361,8 @@ class Catalogue:
 
         named, at = parities_of(parities), self._at(a)
         if word is None:
-            with self.snapshot() as moment:
-                orbits = shortest_orbits(moment, at)
+            with self.snapshot() as connection:
+                orbits = shortest_orbits(connection, at)
         else:
             orbits = [self.orbit(word, a=at)]
             check_scarring(orbits[0])
@@ -1389,8 +1388,8 @@ class Catalogue:
 
     def _stored_now(self, read: Callable[..., _Answer], *arguments: Any) -> _Answer:
         """Return what was just stored, which a snapshot of this thread does not show."""
-        with self._file.snapshot() as moment:
-            return read(moment, *arguments)
+        with self._file.snapshot() as connection:
+            return read(connection, *arguments)
 
     def _answer(
         self,
@@ -1401,8 +1400,8 @@ class Catalogue:
     ) -> _Answer:
         """Call a function with a moment of the file, the chosen subset and further arguments."""
         chosen = self._chosen(selection, criteria)
-        with self.snapshot() as moment:
-            return function(moment, chosen, *arguments)
+        with self.snapshot() as connection:
+            return function(connection, chosen, *arguments)
 
     def _result(
         self,
@@ -1415,8 +1414,10 @@ class Catalogue:
         from orbitdb.answers.results import over_a
 
         one = isinstance(selection, Selection | None) and not isinstance(criteria.get("a"), Iterable)
-        with self.snapshot() as moment:
-            results = [function(moment, chosen, *arguments) for chosen in self._several(selection, criteria)]
+        with self.snapshot() as connection:
+            results = [
+                function(connection, chosen, *arguments) for chosen in self._several(selection, criteria)
+            ]
         return results[0] if one else over_a(results)
 
     def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:
@@ -1431,7 +1432,7 @@ class Catalogue:
         named = criteria.copy()
         if named.get("a") is None:
             named["a"] = self.a
-        return chosen_by(**named)
+        return Selection.from_criteria(**named)
 
     def _several(
         self, selection: Selection | Sequence[Selection] | None, criteria: Criteria
@@ -1441,7 +1442,7 @@ class Catalogue:
         if selection is None and isinstance(values, Iterable) and not isinstance(values, str):
             named = criteria.copy()
             named["a"] = None
-            one = chosen_by(**named)
+            one = Selection.from_criteria(**named)
             chosen = tuple(replace(one, a=Stadium(a).a) for a in values)
         elif not isinstance(selection, Sequence):
             return (self._chosen(selection, criteria),)
@@ -1467,4 +1468,4 @@ def _joined(opened: Connection) -> Iterator[Connection]:
 def _seed(seed: "int | np.random.Generator") -> int:
     if hasattr(seed, "integers"):
         return int(seed.integers(2**63))
-    return need_whole("seed", seed, 0)
+    return check_int("seed", seed, 0)

@@ -17,7 +17,7 @@ class InputError(ValueError):
     """A value is invalid; the message says why, and what form it should have."""
 
 
-def need_whole(name: str, value: Any, least: float = 1) -> int:
+def check_int(name: str, value: Any, least: float = 1) -> int:
     """Return a whole number, such as 3, 1e7 or one of NumPy, as an int.
 
     Raises `InputError`, which names the value, for anything else, or if the number is below `least`.

@@ -104,7 +104,7 @@ def real(text: str) -> float:
     return float(text)
 
 
-def whole(text: str) -> int:
+def parse_int(text: str) -> int:
     """Read a whole number such as ``20000``, ``1e6`` or ``2.5e7``.
 
     Raises
@@ -117,7 +117,7 @@ def whole(text: str) -> int:
     return value.numerator
 
 
-def exact(a: float) -> str:
+def format_float(a: float) -> str:
     """Format a number in the shortest form that reads back as the same number."""
     return f"{a:g}" if float(f"{a:g}") == a else repr(a)
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # pytest's controller process need not import these
     import numpy as np
     from numpy.typing import NDArray
 
-    from orbitdb.filling.resuming import Step
+    from orbitdb.filling.period_jobs import Step
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # for child processes, as in `orbitdb.cli.main`
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # children share compiled imports

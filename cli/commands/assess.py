@@ -7,7 +7,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, MeasuredLevels
-from orbitdb.cli.options import Choice
+from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, note, progress
 from orbitdb.cli.reading import reading
 from orbitdb.text import with_error
@@ -63,7 +63,7 @@ def assess(
         return
     parity = given.of_one()
     read = given.read(parity)
-    with progress("summing orbits"), reading(db, a, Choice()) as (catalogue, (chosen,)):
+    with progress("summing orbits"), reading(db, a, SelectionOptions()) as (catalogue, (chosen,)):
         assessment = catalogue.assess(read, parity=parity, window=window, fit_radius=fit_radius, a=chosen.a)
     if numbers:
         output.write(NUMBERS, assessment.numbers())
@@ -81,7 +81,7 @@ def assess(
 
 def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output, db: Path) -> None:
     """Show the statistics of the levels of each parity, and of random matrices and random numbers."""
-    with reading(db, asked, Choice()) as (catalogue, (chosen,)):
+    with reading(db, asked, SelectionOptions()) as (catalogue, (chosen,)):
         levels = given.by_parity(catalogue, chosen.a)
         found = catalogue.level_statistics(levels, a=chosen.a)
     output.write([*found.columns], found.rows())

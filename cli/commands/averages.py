@@ -7,10 +7,10 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.options import Choice, many_a
-from orbitdb.cli.output import Output, note, notes, progress, write_facts
+from orbitdb.cli.options import SelectionOptions, many_a
+from orbitdb.cli.output import Output, note, progress, write_facts
 from orbitdb.cli.reading import bring, reading
-from orbitdb.text import concise, exact, with_error
+from orbitdb.text import concise, format_float, with_error
 
 if TYPE_CHECKING:
     from orbitdb.answers.results import Result
@@ -40,13 +40,13 @@ def table(
     symmetry. boundary counts the orbits through a joint, which N_c leaves out. Periods that are not filled at
     this a are counted from births, if 'orbitdb births' has found them.
     """
-    with reading(db, a, Choice(p=p)) as (catalogue, stadiums):
+    with reading(db, a, SelectionOptions(p=p)) as (catalogue, stadiums):
         result = catalogue.table(stadiums if many_a(a) else stadiums[0])
     output.write(*_rows_of(result, output))
 
 
 def entropy(
-    *, a: options.StoredHalfLengths = None, choice: Choice, output: Output, db: options.Database
+    *, a: options.StoredHalfLengths = None, choice: SelectionOptions, output: Output, db: options.Database
 ) -> None:
     """Compute the topological entropy of the chosen orbits, by period.
 
@@ -65,7 +65,7 @@ def entropy(
 def lyapunov(
     *,
     a: options.StoredHalfLengths = None,
-    choice: Choice,
+    choice: SelectionOptions,
     weight: Annotated[
         Literal["exp", "det"],
         typer.Option(help="exp for e^-lambda, as in the paper, or det for 1/|det(1 - M)|."),
@@ -152,7 +152,9 @@ def simulate(
     ] = 0,
     legwise: Annotated[
         bool,
-        typer.Option("--legwise", help="Sample leg by leg and use exact means, for much smaller errors."),
+        typer.Option(
+            "--legwise", help="Sample leg by leg and use format_float means, for much smaller errors."
+        ),
     ] = False,
     store: Annotated[bool, typer.Option(help="Save the result in the catalogue.")] = True,
     output: Output,
@@ -196,7 +198,7 @@ def simulate(
 def _facts(means: "Reference") -> list[tuple[str, str]]:
     """Return the result as pairs of a name and a text."""
     return [
-        ("a", exact(means.a)),
+        ("a", format_float(means.a)),
         ("lambda_d", with_error(means.lambda_d, means.lambda_d_error)),
         ("lambda_c", with_error(means.lambda_c, means.lambda_c_error)),
         ("mean free path", with_error(means.mean_free_path, means.mean_free_path_error)),

@@ -11,7 +11,7 @@ from orbitdb.cli import options
 from orbitdb.cli.output import Output, note, progress
 from orbitdb.extras import load
 from orbitdb.plots.registry import load_function
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 if TYPE_CHECKING:
     from orbitdb.billiard.stadium import Stadium
@@ -57,7 +57,7 @@ def _compare(p: int, stadium: "Stadium", output: Output, picture: Path | None) -
     from orbitdb.answers.export import FIGURES, check_target, complete, form_of
     from orbitdb.benchmarks.work_precision import WorkPrecision, sample, work_precision
 
-    title = f"p = {p} at a = {exact(stadium.a)}"
+    title = f"p = {p} at a = {format_float(stadium.a)}"
     if picture is not None:
         ending = form_of(picture, None, FIGURES)
         check_target(picture)

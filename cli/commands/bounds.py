@@ -18,8 +18,8 @@ from orbitdb.errors import StoreError
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
-    from orbitdb.entropy.bounds import EntropyBounds
-    from orbitdb.entropy.proof import Proof
+    from orbitdb.entropy_bounds.bounds import EntropyBounds
+    from orbitdb.entropy_bounds.proof import Proof
 
 
 EXAMPLES = (

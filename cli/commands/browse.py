@@ -9,7 +9,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.options import Choice
+from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.reading import default_a
 from orbitdb.errors import InputError
 
@@ -20,7 +20,7 @@ def browse(
     *,
     code: Annotated[str | None, typer.Option(help="Start at this word, in any rotation.")] = None,
     a: options.StoredHalfLength = None,
-    choice: Choice,
+    choice: SelectionOptions,
     db: options.Database,
 ) -> None:
     """Browse the catalogue in the terminal: look at orbits, choose subsets, compute averages.

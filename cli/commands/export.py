@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Choice, HalfLengths, many_a
+from orbitdb.cli.options import HalfLengths, SelectionOptions, many_a
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_by_bounce
 from orbitdb.cli.output import note, notes, progress
 from orbitdb.cli.reading import asked_columns, reading
@@ -47,7 +47,7 @@ def export(
         ),
     ] = None,
     a: options.StoredHalfLengths = None,
-    choice: Choice,
+    choice: SelectionOptions,
     classes: options.Classes = False,
     order: options.Order = "p",
     limit: Annotated[
@@ -83,7 +83,7 @@ def export(
     from orbitdb.answers import export as files
 
     if dataset:
-        choosing = (field.name for field in fields(Choice))
+        choosing = (field.name for field in fields(SelectionOptions))
         options.takes_only(context, "with --dataset", "file", "dataset", "a", *choosing)
         _write_dataset(file, a, choice, force, db)
         return
@@ -137,7 +137,7 @@ def _copy(file: Path, force: bool, db: Path) -> None:
 
 
 def _write_dataset(
-    folder: Path | None, a: Sequence[HalfLengths] | None, choice: Choice, force: bool, db: Path
+    folder: Path | None, a: Sequence[HalfLengths] | None, choice: SelectionOptions, force: bool, db: Path
 ) -> None:
     """Write a folder with the chosen words of whole periods, at the given a or at every stored a."""
     if folder is None:

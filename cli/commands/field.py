@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Choice
+from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, note, progress
 from orbitdb.cli.reading import given_codes, primitive, reading, solving
 from orbitdb.errors import InputError
@@ -31,7 +31,7 @@ def field(
         bool, typer.Option("--counts", help="Count the orbits of whole periods instead of listing words.")
     ] = False,
     a: options.StoredHalfLength = None,
-    choice: Choice,
+    choice: SelectionOptions,
     limit: options.Limit = None,
     output: Output,
     db: options.Database,

@@ -19,7 +19,7 @@ from orbitdb.cli.options import MOST_JOBS, Database, HalfLength, Jobs, count_opt
 from orbitdb.cli.output import Output, code_text, note, progress
 from orbitdb.cli.reading import bring, given_codes, primitive
 from orbitdb.errors import InputError
-from orbitdb.text import exact, gigabytes, several
+from orbitdb.text import format_float, gigabytes, several
 
 if TYPE_CHECKING:
     from orbitdb.answers.results import Births
@@ -103,12 +103,12 @@ def _quiet_dask() -> Iterator[None]:
 
 def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]:
     """Return the periods of --p and --from in ascending order; refuse periods that cannot be filled."""
-    from orbitdb.store.selection import fillable, periods_up_to
+    from orbitdb.store.selection import check_periods, periods_up_to
 
     if "-" in p[1:] or "," in p:
         refuse_idle(context, f"with --p {p}", "first")
     spans = periods_up_to(p, first)
-    periods = fillable(spans)
+    periods = check_periods(spans)
     if not periods:
         raise InputError(f"--from {first} is above --p {p}: give --from {p} or less")
     return periods
@@ -173,7 +173,7 @@ def fill(
     if asked is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
     periods = asked_periods(context, asked, first)
-    catalogue, span = Catalogue(db, a, missing_ok=True), f"p = {written(periods)} at a = {exact(a)}"
+    catalogue, span = Catalogue(db, a, missing_ok=True), f"p = {written(periods)} at a = {format_float(a)}"
     coming = catalogue.estimate(periods, jobs=solvers.number(), method=method)
     announce(span, coming, db, dry_run)
     if dry_run:
@@ -203,7 +203,7 @@ def _fill_words(words: Sequence[str], a: float, method: str, db: Path, dry_run: 
     from orbitdb.catalogue import Catalogue
 
     if dry_run:
-        note(f"{several(len(words), 'word')} to solve at a = {exact(a)}, in {db}")
+        note(f"{several(len(words), 'word')} to solve at a = {format_float(a)}, in {db}")
         return
     bring(db)
     catalogue = Catalogue(db, a)
@@ -233,7 +233,7 @@ def sweep(
     from orbitdb.catalogue import Catalogue
 
     periods = asked_periods(context, asked, first)
-    catalogue, span = Catalogue(db, a, missing_ok=True), f"p = {written(periods)} at a = {exact(a)}"
+    catalogue, span = Catalogue(db, a, missing_ok=True), f"p = {written(periods)} at a = {format_float(a)}"
     coming = catalogue.estimate(periods, jobs=solvers.number(), sweep=True)
     announce(span, coming, db, dry_run)
     if dry_run:
@@ -286,9 +286,9 @@ def births(
     catalogue = Catalogue(db)
     with catalogue.snapshot():
         fills = [fill for fill in catalogue.birth_fills() if fill.p in periods]
-        whole = [fill for fill in fills if fill.whole]
+        whole = [fill for fill in fills if fill.complete]
         ended = [row for fill in whole for row in _ended(catalogue.births(fill.p))] if deaths else []
-    for p in [fill.p for fill in fills if not fill.whole]:
+    for p in [fill.p for fill in fills if not fill.complete]:
         note(f"births of period {p} are incomplete: 'orbitdb births --p {p}' completes them")
     if deaths and whole:
         output.write(LIFE_COLUMNS, ended)

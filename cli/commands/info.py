@@ -11,7 +11,7 @@ from orbitdb.cli import options
 from orbitdb.cli.output import Output, note, write_facts
 from orbitdb.cli.reading import bring
 from orbitdb.errors import InputError
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 EXAMPLES = {
     "info": ("info", "info --json"),
@@ -38,7 +38,7 @@ def info(*, output: Output, db: options.Database) -> None:
         return
     write_facts(found.facts)
     for a, rows_at_a in groupby(found.rows, key=itemgetter(0)):
-        print(f"\na = {exact(a)}")
+        print(f"\na = {format_float(a)}")
         output.write(found.columns[1:_SHOWN], [row[1:_SHOWN] for row in rows_at_a])
 
 
@@ -58,7 +58,7 @@ def delete(
 
     catalogue = Catalogue(db)
     contents = catalogue.contents(a, p)
-    where = f"at a = {exact(a)} in {db}"
+    where = f"at a = {format_float(a)} in {db}"
     if not contents:
         note(f"nothing {f'of period {p} ' if p else ''}is stored {where}")
         raise typer.Exit(1)

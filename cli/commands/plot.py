@@ -12,7 +12,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
-from orbitdb.cli.options import Asked, Choice, many_a, named
+from orbitdb.cli.options import Asked, SelectionOptions, many_a, named
 from orbitdb.cli.output import code_text, note, notes, progress
 from orbitdb.cli.reading import given_codes, primitive, reading, solving
 from orbitdb.errors import InputError
@@ -27,7 +27,7 @@ from orbitdb.plots.registry import (
     load_function,
     plain_name,
 )
-from orbitdb.text import exact, real
+from orbitdb.text import format_float, real
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
@@ -81,7 +81,7 @@ def plot(
     ],
     code: options.Codes = None,
     a: options.StoredHalfLengths = None,
-    choice: Choice,
+    choice: SelectionOptions,
     order: options.Order = "p",
     over_a: Annotated[
         bool, typer.Option("--over-a", help="Draw the entropy against a instead of the period.")
@@ -171,9 +171,11 @@ def _flag(name: str) -> str:
 
 
 def _options_of(figure: Figure) -> list[str]:
-    """Return the names of the parameters that a figure takes; a subset stands for those of `Choice`."""
+    """Return the names of the parameters that a figure takes; a subset stands for those of `SelectionOptions`."""
     return [
-        each for name in figure.takes for each in (Choice.__dataclass_fields__ if name == SUBSET else [name])
+        each
+        for name in figure.takes
+        for each in (SelectionOptions.__dataclass_fields__ if name == SUBSET else [name])
     ]
 
 
@@ -192,7 +194,7 @@ def _size(text: str | None) -> tuple[float, float] | None:
 
 
 def _of_catalogue(
-    figure: Figure, choice: Choice, given: GivenLevels, values: dict[str, Any], a: Asked, db: Path
+    figure: Figure, choice: SelectionOptions, given: GivenLevels, values: dict[str, Any], a: Asked, db: Path
 ) -> "Picture":
     """Draw what a catalogue contains: a chosen subset, or its levels."""
     every_a = "a" not in figure.takes or "grid" in figure.passes
@@ -250,7 +252,9 @@ def _orbits(codes: Sequence[str], a: Asked, db: Path) -> "tuple[float, list[Orbi
     drawn = [orbit for orbit in orbits if orbit.points is not None]
     for orbit in orbits:
         if orbit.points is None:
-            text = f"{code_text(orbit.code)} at a = {exact(at)} cannot be drawn: {orbit.status.sentence}"
+            text = (
+                f"{code_text(orbit.code)} at a = {format_float(at)} cannot be drawn: {orbit.status.sentence}"
+            )
             if not drawn:
                 raise InputError(text)
             note(text)

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import Choice, HalfLengths, many_a
-from orbitdb.cli.output import Format, Output, beside, code_text, note, notes, write_facts
+from orbitdb.cli.options import HalfLengths, SelectionOptions, many_a
+from orbitdb.cli.output import Format, Output, code_text, note, notes, wrap_after, write_facts
 from orbitdb.cli.reading import asked_columns, given_codes, primitive, reading, solving
 from orbitdb.columns import EVERY, GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
-from orbitdb.text import exact, guess
+from orbitdb.text import format_float, guess
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
@@ -54,7 +54,7 @@ def query(
     words: options.Words = None,
     code: options.Codes = None,
     a: options.StoredHalfLengths = None,
-    choice: Choice,
+    choice: SelectionOptions,
     classes: options.Classes = False,
     order: options.Order = "p",
     limit: options.Limit = None,
@@ -147,7 +147,7 @@ def _show_bounces(keys: Sequence[str], orbits: "Sequence[Orbit]", many: bool, ou
     count = output.write((*keys, *BOUNCE_COLUMNS), bounce_by_bounce(rows))
     for orbit in orbits:
         if orbit.coordinates is None:
-            at = f" at a = {exact(orbit.a)}" if many else ""
+            at = f" at a = {format_float(orbit.a)}" if many else ""
             note(f"{code_text(orbit.code)} has no bounces{at}: {orbit.status.sentence}")
     return count
 
@@ -221,7 +221,7 @@ def _write_table(rows: Sequence[tuple[str, ...]], first: int) -> None:
         if place == 1 + first and first:
             sys.stdout.write("\n")
         start = "".join(f"{text.ljust(width)}  " for text, width in zip(cells, widths, strict=True))
-        sys.stdout.writelines(beside(start, means, columns))
+        sys.stdout.writelines(wrap_after(start, means, columns))
 
 
 def sql(

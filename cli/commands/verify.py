@@ -11,7 +11,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.options import Choice
+from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, note, notes, progress
 from orbitdb.text import several
 
@@ -44,7 +44,7 @@ def verify(
         ),
     ] = None,
     a: Annotated[float | None, options.a_option(" [default: all stored]")] = None,
-    choice: Choice,
+    choice: SelectionOptions,
     sample: Annotated[
         int | None, options.count_option(least=1, help="Check only this many classes, drawn at random.")
     ] = None,

@@ -25,11 +25,11 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.dialogs import ListDialog, NameList
 from orbitdb.cli.tui.help import purpose
-from orbitdb.cli.tui.panels.choices import equals
+from orbitdb.cli.tui.panels.filter_bar import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import EVERY
 from orbitdb.store.connection import Connection
-from orbitdb.store.query import choose
+from orbitdb.store.query import select_words
 from orbitdb.store.selection import Selection
 
 _BY = ("status", "p", "symmetry", "time_reversal")
@@ -58,9 +58,9 @@ class Histogram(NamedTuple):
     logarithmic: bool
 
 
-def tally(moment: Connection, selection: Selection, columns: Sequence[str]) -> dict[str, Counter[Any]]:
+def tally(connection: Connection, selection: Selection, columns: Sequence[str]) -> dict[str, Counter[Any]]:
     """Count the rows of a subset by the values of each of some columns of the view ``class``."""
-    chosen = choose(moment, selection, columns=columns)
+    chosen = select_words(connection, selection, columns=columns)
     words = chosen.counts.tolist()
     tallies: dict[str, Counter[Any]] = {name: Counter() for name in columns}
     for name, numbers in tallies.items():
@@ -69,12 +69,12 @@ def tally(moment: Connection, selection: Selection, columns: Sequence[str]) -> d
     return tallies
 
 
-def histogram(moment: Connection, selection: Selection, column: str, bins: int) -> Histogram | None:
+def histogram(connection: Connection, selection: Selection, column: str, bins: int) -> Histogram | None:
     """Count the rows of a subset in at most `bins` bins of a numeric column.
 
     The edges are round numbers, or evenly spaced in the logarithm. Return None if no row has a value.
     """
-    chosen = choose(moment, selection, columns=(column,))
+    chosen = select_words(connection, selection, columns=(column,))
     values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
     present = ~np.isnan(values)
     if not present.any():
@@ -235,9 +235,9 @@ class CountsScreen(OwnScreen[str | None]):
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[dict[str, list[Count]], str]:
         """Return the counts by each of the columns `_BY`, and a note on partial periods."""
-        with self._catalogue.snapshot(cancelled) as moment:
-            tallies = tally(moment, self._selection, _BY)
-            partly = ", ".join(map(str, partial_periods(moment, self._selection)))
+        with self._catalogue.snapshot(cancelled) as connection:
+            tallies = tally(connection, self._selection, _BY)
+            partly = ", ".join(map(str, partial_periods(connection, self._selection)))
         groups = {name: counts_by(name, counts) for name, counts in tallies.items()}
         return groups, f"partial periods: {partly}" if partly else ""
 
@@ -249,10 +249,10 @@ class CountsScreen(OwnScreen[str | None]):
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[list[Count], str]:
         """Return the counts of the values of a column, or of ranges of its values, and a note."""
-        with self._catalogue.snapshot(cancelled) as moment:
+        with self._catalogue.snapshot(cancelled) as connection:
             if EVERY[column].kind != "number":  # integers or texts
-                return counts_by(column, tally(moment, self._selection, (column,))[column]), ""
-            binned = histogram(moment, self._selection, column, bins)
+                return counts_by(column, tally(connection, self._selection, (column,))[column]), ""
+            binned = histogram(connection, self._selection, column, bins)
         if binned is None:
             return [], ""
         even = "bins of equal width in the logarithm" if binned.logarithmic else ""

@@ -25,7 +25,7 @@ from orbitdb.plots.registry import load_function
 from orbitdb.plots.svg import orbit_svg
 from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 _WIDTH = 800
 
@@ -82,14 +82,14 @@ def write_rows(
     """Write the rows of a subset; once `cancelled` returns True, writing stops and leaves no file."""
     if catalogue is None:
         raise InputError("there are no rows to write")
-    with catalogue.snapshot(cancelled) as moment:
+    with catalogue.snapshot(cancelled) as connection:
         listing = catalogue.rows(selection, columns=WRITTEN, order=str(ordering))
         if path.suffix == ".parquet":
             count = listing.write(path, force=True)
         else:
             with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
                 count = TEXT_WRITERS[path.suffix[1:]](file, WRITTEN, listing)
-        partial = partial_periods(moment, selection)
+        partial = partial_periods(connection, selection)
     message = f"{count:,} rows written to {path}"
     return f"{message}; {describe_partial(partial, selection.a)}" if partial else message
 
@@ -103,7 +103,7 @@ def save_orbit(orbit: Orbit | None, in_phase_space: bool, path: Path) -> str:
     if path.suffix != ".svg":
         return save_figure("orbits.orbit", [orbit], path)
     code = code_text(orbit.code)
-    title = f"The orbit {code} at a = {exact(orbit.a)}"
+    title = f"The orbit {code} at a = {format_float(orbit.a)}"
     with complete(path) as draft:
         drawn = orbit_svg(Stadium(orbit.a), orbit.points, orbit.code, title, _WIDTH)
         draft.write_text(drawn + "\n", encoding="utf-8")

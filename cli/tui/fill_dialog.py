@@ -15,10 +15,10 @@ from textual.widgets import Button, Input, Label
 from orbitdb.cli.tui.dialogs import half_length
 from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
 from orbitdb.progress import Tell, Work
-from orbitdb.store.selection import Selection, fillable, periods_up_to
+from orbitdb.store.selection import Selection, check_periods, periods_up_to
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.words import parse, primitive_root
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 
 _FIELDS = (
     ("a", "half length a", ""),
@@ -29,7 +29,7 @@ _LINE = 54
 """Columns of the line that says how far a fill is."""
 
 
-class Wish(NamedTuple):
+class FillRequest(NamedTuple):
     """What to fill: periods or single words, in the stadium with half length `a`."""
 
     a: float
@@ -45,7 +45,7 @@ class FillState:
     failed.
     """
 
-    wish: Wish
+    wish: FillRequest
     state: str = "running"
     done: int = 0
     message: str = ""
@@ -66,20 +66,20 @@ def _words(count: int) -> str:
     return f"{count:,} word{'s' * (count != 1)}"
 
 
-def parse_wish(a: str, periods: str, codes: str) -> Wish:
+def parse_wish(a: str, periods: str, codes: str) -> FillRequest:
     """Read what to fill from the fields; raise an error that names the unreadable part."""
     value = half_length(a)
     if codes.strip():
-        return Wish(value, words=tuple(primitive_root(parse(code)) for code in codes.split(",")))
-    return Wish(value, periods=fillable(periods_up_to(periods)))
+        return FillRequest(value, words=tuple(primitive_root(parse(code)) for code in codes.split(",")))
+    return FillRequest(value, periods=check_periods(periods_up_to(periods)))
 
 
-def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
+def cost_of(path: Path, wish: FillRequest) -> tuple[str, int]:
     """Return the estimated cost and the number of words to fill; raise if the disk has too little room."""
     from orbitdb.filling.estimate import about, check_room, need
     from orbitdb.text import gigabytes
 
-    at = f"at a = {exact(wish.a)}"
+    at = f"at a = {format_float(wish.a)}"
     if wish.words:
         return f"{several(len(wish.words), 'word')} to solve {at}", len(wish.words)
     coming = need(path, wish.a, wish.periods, jobs=1)
@@ -90,7 +90,7 @@ def cost_of(path: Path, wish: Wish) -> tuple[str, int]:
     return f"{_words(coming.words)} to fill {at}: {takes}", coming.words
 
 
-def fill_wish(path: Path, wish: Wish, tell: Tell) -> None:
+def fill_wish(path: Path, wish: FillRequest, tell: Tell) -> None:
     """Create the catalogue if it is missing, and fill it; call `tell` after every stored batch."""
     from orbitdb.catalogue import Catalogue
 
@@ -115,7 +115,7 @@ class FillDialog(Dialog[None]):
     class Begin(Message):
         """Asks the application to begin a fill."""
 
-        wish: Wish
+        wish: FillRequest
 
     class Stop(Message):
         """Asks the application to stop the fill after the current batch."""
@@ -125,7 +125,7 @@ class FillDialog(Dialog[None]):
         wanted = [high for _, high in selection.periods if high not in filled]
         top = min(max(wanted, default=max(filled, default=10) + 1), MAX_PERIOD)
         self._path = path
-        self._values = {"a": exact(selection.a), "periods": f"2-{top}", "codes": ""}
+        self._values = {"a": format_float(selection.a), "periods": f"2-{top}", "codes": ""}
         self._fills = False
 
     def compose(self) -> ComposeResult:
@@ -175,11 +175,11 @@ class FillDialog(Dialog[None]):
         self.query_one("#progress", Label).update("")  # how the last fill ended no longer matters
         fields = [self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS]
 
-        def weigh(_: object) -> tuple[Wish, str, int]:
+        def weigh(_: object) -> tuple[FillRequest, str, int]:
             wish = parse_wish(*fields)
             return wish, *cost_of(self._path, wish)
 
-        def take(cost: tuple[Wish, str, int]) -> None:
+        def take(cost: tuple[FillRequest, str, int]) -> None:
             """Show the estimate; if requested, begin, but ask first if the fill is large."""
             from orbitdb.filling.estimate import LARGE
 

@@ -18,9 +18,9 @@ from orbitdb.cli.tui.dialogs import FilterDialog
 from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.greeting import Greeting
 from orbitdb.cli.tui.help import KeysPanel, purpose
-from orbitdb.cli.tui.panels.choices import Choices, View, equals
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.panels.facts import FactsPanel
+from orbitdb.cli.tui.panels.filter_bar import FilterBar, View, equals
 from orbitdb.cli.tui.panels.orbit_panel import OrbitPanel
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.panels.rows_panel import RowsPanel
@@ -31,7 +31,7 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
 from orbitdb.symbols.words import least_rotation
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 _SECONDS_BETWEEN_LOOKS = 2.0
 
@@ -120,7 +120,7 @@ class MainScreen(OwnScreen[None]):
         super().__init__()
         kept.load()
         self._file, self._kept, self._code = file, kept, code
-        self.choices = Choices(file, kept, selection)
+        self.choices = FilterBar(file, kept, selection)
         self.rows = RowsPanel(file, kept)
         self.side = OrbitPanel(file, selection.a)
         self._stamp: tuple[int, ...] = ()
@@ -160,7 +160,7 @@ class MainScreen(OwnScreen[None]):
         fill = getattr(self.app, "fill_state", None)
         self.choices.say(fill.sentence() if fill is not None and fill.runs else "")
         orbit = self.side.orbit if self.whole else None
-        of_orbit = "" if orbit is None else f"{code_text(orbit.code)} at a = {exact(orbit.a)}"
+        of_orbit = "" if orbit is None else f"{code_text(orbit.code)} at a = {format_float(orbit.a)}"
         self.sub_title = of_orbit or self.choices.selection.describe()
 
     # the view

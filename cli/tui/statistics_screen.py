@@ -12,10 +12,10 @@ from textual.binding import Binding, BindingType
 from textual.containers import Container
 from textual.widgets import Footer, Static
 
+from orbitdb.answers.complete_periods import read_noted
 from orbitdb.answers.entropy import enclosure, entropy_of_rows, outside
 from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, lyapunov_of_rows
 from orbitdb.answers.results import PROVED, Result
-from orbitdb.answers.whole_periods import read_noted
 from orbitdb.averages.by_period import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import Catalogue
@@ -54,9 +54,9 @@ def columns() -> tuple[str, ...]:
 def statistics(catalogue: Catalogue, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
     """Return the counts, entropies and Lyapunov averages of a subset for each of its whole periods."""
     notes: list[str] = []
-    with catalogue.snapshot() as moment:
-        subset = read_noted(moment, selection, notes, swept=True)
-        proved, line = enclosure(moment, selection.a)
+    with catalogue.snapshot() as connection:
+        subset = read_noted(connection, selection, notes, swept=True)
+        proved, line = enclosure(connection, selection.a)
     if subset is None:
         raise InputError("; ".join(notes))
     periods, classes = subset.shown, subset.classes.p.tolist()
@@ -154,8 +154,8 @@ class StatisticsScreen(OwnScreen[str | None]):
     def averages(self, weight: Weight, everything: bool = False) -> tuple[Result | None, str]:
         """Return the averages over the first periods, which are fast, or over all; and a note on the rest."""
         chosen = self._selection
-        with self._catalogue.snapshot() as moment:
-            filled = [fill.p for fill in read_fills(moment, chosen.a) if chosen.includes(fill.p)]
+        with self._catalogue.snapshot() as connection:
+            filled = [fill.p for fill in read_fills(connection, chosen.a) if chosen.includes(fill.p)]
         later = [p for p in filled if p > FIRST]
         if everything or not later:
             return statistics(self._catalogue, chosen, weight), ""
@@ -171,8 +171,8 @@ class StatisticsScreen(OwnScreen[str | None]):
         self._show()
 
     def _stored_reference(self, _: object) -> Reference | None:
-        with self._catalogue.snapshot() as moment:
-            return best_reference(moment, self._selection.a)
+        with self._catalogue.snapshot() as connection:
+            return best_reference(connection, self._selection.a)
 
     def _show_stored(self, reference: Reference | None) -> None:
         if reference is not None:

@@ -16,7 +16,7 @@ from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.query import position_of
-from orbitdb.store.rows import Chosen, rows_of
+from orbitdb.store.rows import SelectedWords, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
@@ -109,7 +109,7 @@ class Pages:
     """
 
     catalogue: Catalogue | None
-    chosen: Chosen
+    chosen: SelectedWords
     fields: Sequence[str]
 
     def __post_init__(self) -> None:
@@ -122,20 +122,22 @@ class Pages:
         number, within = divmod(place, _BLOCK)
         if number not in self._blocks:
             assert self.catalogue is not None
-            with self.catalogue.snapshot() as moment:
+            with self.catalogue.snapshot() as connection:
                 first = number * _BLOCK
-                self._blocks[number] = list(rows_of(moment, self.chosen, self.fields, first, first + _BLOCK))
+                self._blocks[number] = list(
+                    rows_of(connection, self.chosen, self.fields, first, first + _BLOCK)
+                )
         return self._blocks[number][within]
 
     def position(self, word: str) -> int | None:
         """Return the index of the row of a word, given as its least rotation, or None."""
         if self.catalogue is None:
             return None
-        with self.catalogue.snapshot() as moment:
-            return position_of(moment, self.chosen, word)
+        with self.catalogue.snapshot() as connection:
+            return position_of(connection, self.chosen, word)
 
 
-NONE = Pages(None, Chosen(Selection(), np.zeros(0, np.int64), np.zeros(0, np.uint8)), USUAL)
+NONE = Pages(None, SelectedWords(Selection(), np.zeros(0, np.int64), np.zeros(0, np.uint8)), USUAL)
 """No rows: the table shows this before any rows are read, and if none can be read."""
 
 

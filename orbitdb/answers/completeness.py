@@ -23,7 +23,7 @@ from orbitdb.store.selection import Selection, SelectionError, written_periods
 from orbitdb.store.where import CODES_ARE_TEXTS, check, reads_codes
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible, count_primitive
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 if TYPE_CHECKING:
     from orbitdb.orbits.exponents import Tally
@@ -68,7 +68,7 @@ class Counted:
         return numbers
 
 
-def count(moment: Connection, selection: Selection) -> Counted:
+def count(connection: Connection, selection: Selection) -> Counted:
     """Return the counts of each chosen period: from its fill, else from a sweep, else from births.
 
     Raises `SelectionError` if the selection has criteria other than a and periods.
@@ -83,22 +83,24 @@ def count(moment: Connection, selection: Selection) -> Counted:
     names = ("n_t", "n_c", "classes", "boundary", "unresolved")
     tallies = {
         fill.p: Tally(*(getattr(fill, name) for name in names))
-        for fill in read_fills(moment, selection.a)
-        if fill.whole
+        for fill in read_fills(connection, selection.a)
+        if fill.complete
     }
-    sweeps = [sweep for sweep in read_sweeps(moment, selection.a) if sweep.whole and sweep.p not in tallies]
+    sweeps = [
+        sweep for sweep in read_sweeps(connection, selection.a) if sweep.complete and sweep.p not in tallies
+    ]
     tallies |= {sweep.p: sweep.tally for sweep in sweeps}
-    born = [fill.p for fill in read_birth_fills(moment) if fill.whole and fill.p not in tallies]
+    born = [fill.p for fill in read_birth_fills(connection) if fill.complete and fill.p not in tallies]
     chosen = tuple(sorted(p for p in (*tallies, *born) if selection.includes(p)))
     needed = {p for p in born if any(multiple % p == 0 for multiple in chosen)}
-    tallies |= {p: counts_at(moment, selection.a, p) for p in needed}
+    tallies |= {p: counts_at(connection, selection.a, p) for p in needed}
     swept = tuple(sweep.p for sweep in sweeps if selection.includes(sweep.p))
     counted = tuple(p for p in born if selection.includes(p))
     return Counted(selection.a, dict(sorted(tallies.items())), chosen, counted, swept)
 
 
 def gaps(
-    moment: Connection,
+    connection: Connection,
     chosen: Selection,
     left_out: bool = False,
     from_sweeps: Collection[int] = (),
@@ -113,50 +115,52 @@ def gaps(
     the columns `names` or the order of the rows depends on them. Set `left_out` if the result leaves out
     partial periods, and `empty` if nothing was found, so that a line says so.
     """
-    lines = [pruned_not_stored(moment, chosen)]
+    lines = [pruned_not_stored(connection, chosen)]
     if chosen.statuses != (Status.GEOMETRIC,):  # fills do not store these words
         counted = {*from_sweeps, *from_births}
         sources = {"counted by a sweep, without stored rows": from_sweeps,
                    "counted from births, without a fill": from_births}  # fmt: skip
         for source, periods in sources.items():
             if shown := sorted(p for p in periods if chosen.includes(p)):
-                lines.append(f"{written_periods(shown)} at a = {exact(chosen.a)}: {source}")
-        partial = [p for p in partial_periods(moment, chosen) if p not in counted]
+                lines.append(f"{written_periods(shown)} at a = {format_float(chosen.a)}: {source}")
+        partial = [p for p in partial_periods(connection, chosen) if p not in counted]
         lines.append(describe_partial(partial, chosen.a, left_out) if partial else None)
-        lines.append(unfilled(moment, chosen, counted))
-        lines.append(lacking_births(moment, chosen, names, order))
-    lines.append(nothing(moment, chosen, swept=bool(from_sweeps)) if empty else None)
+        lines.append(unfilled(connection, chosen, counted))
+        lines.append(lacking_births(connection, chosen, names, order))
+    lines.append(nothing(connection, chosen, swept=bool(from_sweeps)) if empty else None)
     return [line for line in lines if line]
 
 
-def gaps_of_periods(moment: Connection, chosen: Sequence[Selection], everywhere: bool) -> list[str]:
+def gaps_of_periods(connection: Connection, chosen: Sequence[Selection], everywhere: bool) -> list[str]:
     """Return the gaps at each a; where nothing is filled, only if periods are chosen and not `everywhere`."""
     lines = []
     for selection in chosen:
-        if read_fills(moment, selection.a) or (selection.periods and not everywhere):
-            swept = [sweep.p for sweep in read_sweeps(moment, selection.a)]
-            lines += gaps(moment, selection, from_sweeps=swept)
+        if read_fills(connection, selection.a) or (selection.periods and not everywhere):
+            swept = [sweep.p for sweep in read_sweeps(connection, selection.a)]
+            lines += gaps(connection, selection, from_sweeps=swept)
     return lines
 
 
-def partial_periods(moment: Connection, chosen: Selection) -> list[int]:
+def partial_periods(connection: Connection, chosen: Selection) -> list[int]:
     """Return the chosen periods that are only partly stored; lists include their words."""
-    return [fill.p for fill in read_fills(moment, chosen.a) if not fill.whole and chosen.includes(fill.p)]
+    return [
+        fill.p for fill in read_fills(connection, chosen.a) if not fill.complete and chosen.includes(fill.p)
+    ]
 
 
 def describe_partial(periods: Sequence[int], a: float, left_out: bool = False) -> str:
     """Return a line that names periods that are only partly stored, and the command that completes them."""
     are, them = ("are", "them") if len(periods) > 1 else ("is", "it")
     return (
-        f"{written_periods(periods)} at a = {exact(a)} {are} partial{' and left out' * left_out}: a fill is "
-        f"running or was stopped; 'orbitdb fill --p {max(periods)} --a {exact(a)}' completes {them}"
+        f"{written_periods(periods)} at a = {format_float(a)} {are} partial{' and left out' * left_out}: a fill is "
+        f"running or was stopped; 'orbitdb fill --p {max(periods)} --a {format_float(a)}' completes {them}"
     )
 
 
-def unfilled(moment: Connection, chosen: Selection, counted: Collection[int] = ()) -> str | None:
+def unfilled(connection: Connection, chosen: Selection, counted: Collection[int] = ()) -> str | None:
     """Return a line that names the chosen periods that are neither filled nor `counted`, or None."""
-    elsewhere = a_values(moment, ["fill"])
-    return describe_unfilled(read_fills(moment, chosen.a), chosen.periods, chosen.a, elsewhere, counted)
+    elsewhere = a_values(connection, ["fill"])
+    return describe_unfilled(read_fills(connection, chosen.a), chosen.periods, chosen.a, elsewhere, counted)
 
 
 def describe_unfilled(
@@ -179,24 +183,24 @@ def describe_unfilled(
     if missing := _within(periods or [(2, _USUAL)], stored):
         named, (are, them) = written_periods(missing), ("are", "them") if len(missing) > 1 else ("is", "it")
         what, them = (f"{named} {are} not filled", them) if periods else ("nothing is filled", named)
-        command = f"'orbitdb fill --p {missing[-1]} --a {exact(a)}'"
-        lines.append(f"{what} at a = {exact(a)}{_filled(fills, a, filled_at)}: {command} fills {them}")
+        command = f"'orbitdb fill --p {missing[-1]} --a {format_float(a)}'"
+        lines.append(f"{what} at a = {format_float(a)}{_filled(fills, a, filled_at)}: {command} fills {them}")
     if any(high > MAX_PERIOD for _, high in periods):
         if not lines:
             filled = _filled(fills, a, filled_at)
-            lines.append(f"no period above {MAX_PERIOD} is filled at a = {exact(a)}{filled}")
+            lines.append(f"no period above {MAX_PERIOD} is filled at a = {format_float(a)}{filled}")
         lines.append(f"fills go up to period {MAX_PERIOD}: 'orbitdb fill --code WORD' stores single words")
     return "; ".join(lines) or None
 
 
 def _filled(fills: Sequence[Fill], a: float, filled_at: Sequence[float]) -> str:
     """Return, in parentheses, which periods are filled at this a and which other a have fills, or ''."""
-    whole = [fill.p for fill in fills if fill.whole]
+    whole = [fill.p for fill in fills if fill.complete]
     others = sorted((other for other in filled_at if other != a), key=lambda other: abs(other - a))
     parts = [written_periods(whole)] if whole else []
     if others:
         more = f" and {len(others) - _SHOWN} more" if len(others) > _SHOWN else ""
-        parts.append(f"some at a = {', '.join(map(exact, sorted(others[:_SHOWN])))}{more}")
+        parts.append(f"some at a = {', '.join(map(format_float, sorted(others[:_SHOWN])))}{more}")
     return f" (filled: {'; '.join(parts)})" if parts else ""
 
 
@@ -206,12 +210,12 @@ def _within(spans: Sequence[tuple[int, int]], stored: Collection[int]) -> list[i
     return [p for p in periods if p not in stored]
 
 
-def pruned_not_stored(moment: Connection, chosen: Selection) -> str | None:
+def pruned_not_stored(connection: Connection, chosen: Selection) -> str | None:
     """Return a line that names chosen periods without stored geometrically pruned words, or None."""
     if Status.GEOMETRIC not in chosen.statuses:
         return None
-    stored = pruned_periods(moment)
-    filled = [(fill.p, fill.p) for fill in read_fills(moment, chosen.a) if fill.whole]
+    stored = pruned_periods(connection)
+    filled = [(fill.p, fill.p) for fill in read_fills(connection, chosen.a) if fill.complete]
     periods = _within(chosen.periods or filled or [(2, _USUAL)], stored)
     if not periods:
         return None
@@ -225,10 +229,10 @@ def pruned_not_stored(moment: Connection, chosen: Selection) -> str | None:
 
 
 def lacking_births(
-    moment: Connection, chosen: Selection, names: Sequence[str] = (), order: str = "p"
+    connection: Connection, chosen: Selection, names: Sequence[str] = (), order: str = "p"
 ) -> str | None:
     """Return a line that names the filled periods whose births are needed but not stored, or None."""
-    if not (periods := without_births(moment, chosen, names, order)):
+    if not (periods := without_births(connection, chosen, names, order)):
         return None
     return (
         f"births of {written_periods(periods)} are not stored, so what depends on them is left "
@@ -237,32 +241,32 @@ def lacking_births(
 
 
 def without_births(
-    moment: Connection, chosen: Selection, names: Sequence[str] = (), order: str = "p"
+    connection: Connection, chosen: Selection, names: Sequence[str] = (), order: str = "p"
 ) -> list[int]:
     """Return the chosen periods that are filled, but whose births are needed and not stored."""
     if not asks_of_lives(chosen, names, order):
         return []
-    born = {fill.p for fill in read_birth_fills(moment) if fill.whole}
-    filled = (fill.p for fill in read_fills(moment, chosen.a) if chosen.includes(fill.p))
+    born = {fill.p for fill in read_birth_fills(connection) if fill.complete}
+    filled = (fill.p for fill in read_fills(connection, chosen.a) if chosen.includes(fill.p))
     return [p for p in filled if p <= MAX_PERIOD and p not in born]
 
 
-def nothing(moment: Connection, chosen: Selection, swept: bool = False) -> str:
+def nothing(connection: Connection, chosen: Selection, swept: bool = False) -> str:
     """Return a message that a subset is empty, or '' if `gaps` says that none of its periods is stored."""
     if chosen.statuses == (Status.GEOMETRIC,):
-        return "" if pruned_not_stored(moment, chosen) else f"no {chosen.describe()}"
-    missing = unfilled(moment, chosen)
-    filled = swept or any(chosen.includes(fill.p) for fill in read_fills(moment, chosen.a))
+        return "" if pruned_not_stored(connection, chosen) else f"no {chosen.describe()}"
+    missing = unfilled(connection, chosen)
+    filled = swept or any(chosen.includes(fill.p) for fill in read_fills(connection, chosen.a))
     if missing and not filled:
         return ""
-    lacking = missing or lacking_births(moment, chosen) or partial_periods(moment, chosen)
+    lacking = missing or lacking_births(connection, chosen) or partial_periods(connection, chosen)
     hint = f"; {CODES_ARE_TEXTS}" if chosen.where is not None and reads_codes(chosen.where) else ""
     return f"no {chosen.describe()}{' among the stored words' if lacking else ''}{hint}"
 
 
 def highest_filled(fills: Sequence[Fill], chosen: Selection) -> int:
     """Return the highest p such that 2 to p are chosen, filled and without unresolved words; or 1."""
-    filled = {fill.p for fill in fills if fill.whole and not fill.unresolved and chosen.includes(fill.p)}
+    filled = {fill.p for fill in fills if fill.complete and not fill.unresolved and chosen.includes(fill.p)}
     highest = 1
     while highest + 1 in filled:
         highest += 1
@@ -298,7 +302,7 @@ def describe_complete(complete: float | None, chosen: Selection, name: str = "le
     return f"{line} ({reach}infinitely many are shorter than {bound} = {limit:.2f})"
 
 
-def complete_by_length(moment: Connection, chosen: Selection, order: str = "p") -> str | None:
+def complete_by_length(connection: Connection, chosen: Selection, order: str = "p") -> str | None:
     """Return `describe_complete` for orbits that a length sorts or bounds from above, else None.
 
     Any expression that reads a length counts as a bound.
@@ -314,12 +318,12 @@ def complete_by_length(moment: Connection, chosen: Selection, order: str = "p") 
     ]
     if not named or Status.ORBIT not in (chosen.statuses or (Status.ORBIT,)):
         return None
-    return describe_complete(complete_length(read_fills(moment, chosen.a), chosen), chosen, named[0])
+    return describe_complete(complete_length(read_fills(connection, chosen.a), chosen), chosen, named[0])
 
 
 def describe_fills(fills: Sequence[Fill], a: float) -> str:
     """Return a short text that says which periods are filled at the given a."""
-    whole, partial = ([fill.p for fill in fills if fill.whole is state] for state in (True, False))
+    whole, partial = ([fill.p for fill in fills if fill.complete is state] for state in (True, False))
     parts = [written_periods(whole)] if whole else []
     parts += [f"part of {written_periods(partial)}"] if partial else []
-    return f"{' and '.join(parts) or 'no complete period'} at a = {exact(a)}"
+    return f"{' and '.join(parts) or 'no complete period'} at a = {format_float(a)}"

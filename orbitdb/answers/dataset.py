@@ -28,11 +28,11 @@ from orbitdb.store.connection import Connection
 from orbitdb.store.contents import class_rows, runs
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lives import read_birth_fills, read_lives
-from orbitdb.store.query import choose
+from orbitdb.store.query import select_words
 from orbitdb.store.results import best_reference, tightest_bounds
 from orbitdb.store.rows import COORDINATES, rows_of
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 PACKAGE = "datapackage.json"
 _NAME = "stadium-orbits"
@@ -100,7 +100,11 @@ class Table(NamedTuple):
 
 
 def write_dataset(
-    moment: Connection, folder: Path, chosen: Sequence[Selection], force: bool = False, tell: Tell = nobody
+    connection: Connection,
+    folder: Path,
+    chosen: Sequence[Selection],
+    force: bool = False,
+    tell: Tell = nobody,
 ) -> Dataset:
     """Write a dataset, unless no word of a complete period is chosen (`Catalogue.write_dataset`).
 
@@ -115,21 +119,26 @@ def write_dataset(
     StoreError
         If the disk has too little space, or the folder cannot be written.
     """
-    notes = [line for subset in chosen for line in gaps(moment, subset, left_out=True)]
-    whole = [(subset, fill) for subset in chosen for fill in read_fills(moment, subset.a) if fill.whole]
+    notes = [line for subset in chosen for line in gaps(connection, subset, left_out=True)]
+    whole = [
+        (subset, fill) for subset in chosen for fill in read_fills(connection, subset.a) if fill.complete
+    ]
     whole = [(subset, fill) for subset, fill in whole if subset.includes(fill.p)]
-    subsets = [(choose(moment, replace(subset, periods=((fill.p, fill.p),))), fill) for subset, fill in whole]
+    subsets = [
+        (select_words(connection, replace(subset, periods=((fill.p, fill.p),))), fill)
+        for subset, fill in whole
+    ]
     if not (total := sum(len(subset) for subset, _ in subsets)):
-        absent = tuple(filter(None, (nothing(moment, subset) for subset in chosen)))
+        absent = tuple(filter(None, (nothing(connection, subset) for subset in chosen)))
         return Dataset(folder, 0, "", (*notes, *absent), absent)
     need = sum(_OF_FILE + len(subset) * (_OF_WORD + _OF_BOUNCE * fill.p) for subset, fill in subsets)
     _check(folder, force, need)
     selection = chosen[0].describe(sorted({subset.a for subset, _ in whole}), total)
-    orbits = (_orbits(moment, subset, fill.words) for subset, fill in subsets)
+    orbits = (_orbits(connection, subset, fill.words) for subset, fill in subsets)
     resources, done = list[Resource](), 0
     with complete_folder(folder) as draft:
         (draft / "orbits").mkdir()
-        for made in chain(orbits, _others(moment, chosen, {fill.p for _, fill in whole})):
+        for made in chain(orbits, _others(connection, chosen, {fill.p for _, fill in whole})):
             tell(done, total, made.path)
             rows = _write(draft / made.path, made)
             if rows or made.words:
@@ -144,38 +153,41 @@ def write_dataset(
                 text = text.replace(f"@{mark}@", value)
             (draft / name).write_text(text, encoding="utf-8")
             resources.append(_file(draft, name))
-        package = _package(moment, selection, version, resources)
+        package = _package(connection, selection, version, resources)
         (draft / PACKAGE).write_text(json.dumps(package, indent=1) + "\n", encoding="utf-8")
     return Dataset(folder, total, selection, tuple(notes))
 
 
-def _orbits(moment: Connection, subset: Any, words: int) -> Table:
+def _orbits(connection: Connection, subset: Any, words: int) -> Table:
     """Return the table of the chosen words of one period at one a, ordered by class and element."""
     a, ((p, _),) = subset.selection.a, subset.selection.periods
-    rows = rows_of(moment, subset, [column.name for column in _ORBITS])
-    path, title = f"orbits/a={exact(a)}_p={p:02d}.parquet", subset.selection.describe(count=len(subset))
+    rows = rows_of(connection, subset, [column.name for column in _ORBITS])
+    path, title = (
+        f"orbits/a={format_float(a)}_p={p:02d}.parquet",
+        subset.selection.describe(count=len(subset)),
+    )
     return Table(path, title, _ORBITS, rows, words)
 
 
-def _others(moment: Connection, chosen: Sequence[Selection], filled: set[int]) -> Iterator[Table]:
+def _others(connection: Connection, chosen: Sequence[Selection], filled: set[int]) -> Iterator[Table]:
     """Yield all tables except those of orbits; `filled` is the set of periods that have a table of orbits."""
-    born = [fill.p for fill in read_birth_fills(moment) if fill.whole and chosen[0].includes(fill.p)]
+    born = [fill.p for fill in read_birth_fills(connection) if fill.complete and chosen[0].includes(fill.p)]
     names = ("word", *(column.name for column in _CLASSES[1:]))
-    classes = class_rows(moment, names, filled.union(born))
-    lives = (astuple(life) for p in born for life in read_lives(moment, p))
+    classes = class_rows(connection, names, filled.union(born))
+    lives = (astuple(life) for p in born for life in read_lives(connection, p))
     yield Table("classes.parquet", "Symmetry classes", _CLASSES, classes)
     yield Table("births.parquet", "Births and deaths of all classes", _OF_LIFE, lives)
 
     counts, averages, ensembles, bounds, levels = (list[tuple[Any, ...]]() for _ in range(5))
     for at_a in chosen:
         every = Selection(at_a.a)
-        counts += _by_period(table(moment, every), _COUNTS, at_a)
-        averages += _by_period(lyapunov(moment, every), _AVERAGES, at_a)
-        if (ensemble := best_reference(moment, at_a.a)) is not None:
+        counts += _by_period(table(connection, every), _COUNTS, at_a)
+        averages += _by_period(lyapunov(connection, every), _AVERAGES, at_a)
+        if (ensemble := best_reference(connection, at_a.a)) is not None:
             ensembles.append(astuple(ensemble))
-        if (proved := tightest_bounds(moment, at_a.a)) is not None:
+        if (proved := tightest_bounds(connection, at_a.a)) is not None:
             bounds.append(astuple(proved))
-        levels += _levels(moment, at_a.a)
+        levels += _levels(connection, at_a.a)
     at = [EVERY["a"]]
     yield Table("counts.csv", "Counts of all words by period", at + _COUNTS, counts)
     yield Table("averages.csv", "Averages over all orbits by period", at + _AVERAGES, averages)
@@ -191,9 +203,9 @@ def _by_period(result: Result, columns: Sequence[Column], chosen: Selection) -> 
             yield (chosen.a, *row)
 
 
-def _levels(moment: Connection, a: float) -> Iterator[tuple[Any, ...]]:
+def _levels(connection: Connection, a: float) -> Iterator[tuple[Any, ...]]:
     for parity in Parity:
-        for window in stored_levels(moment, a, parity):
+        for window in stored_levels(connection, a, parity):
             pairs = zip(window.k.tolist(), window.error.tolist(), strict=True)
             for number, (k, error) in enumerate(pairs, window.below + 1):
                 yield a, k, str(parity), number, error
@@ -234,7 +246,7 @@ def _described(draft: Path, made: Table, rows: int) -> Resource:
 
 
 def _package(
-    moment: Connection, selection: str, version: str, resources: Sequence[Resource]
+    connection: Connection, selection: str, version: str, resources: Sequence[Resource]
 ) -> dict[str, Any]:
     """Return the contents of ``datapackage.json``."""
     licence = "https://creativecommons.org/licenses/by/4.0/"
@@ -247,7 +259,9 @@ def _package(
         "licenses": [{"name": "CC-BY-4.0", "title": "Creative Commons Attribution 4.0", "path": licence}],
         "sources": [{"title": "O. Biham and M. Kvale, Phys. Rev. A 46, 6334 (1992)"}],
         "contributors": [{"title": "The orbitdb founders", "roles": ["creator"]}],
-        "made_by": [{"orbitdb": version} | json.loads(parameters) for version, parameters in runs(moment)],
+        "made_by": [
+            {"orbitdb": version} | json.loads(parameters) for version, parameters in runs(connection)
+        ],
         "resources": resources,
     }
 

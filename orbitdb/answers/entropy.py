@@ -6,42 +6,42 @@ from dataclasses import replace
 from functools import cache
 from typing import Any
 
-from orbitdb.answers.completeness import count, gaps
-from orbitdb.answers.results import PROVED, TABLE, Result
-from orbitdb.answers.whole_periods import (
+from orbitdb.answers.complete_periods import (
+    CompletePeriods,
     Periods,
-    WholePeriods,
     all_orbits,
     read_noted,
     with_lower,
 )
+from orbitdb.answers.completeness import count, gaps
+from orbitdb.answers.results import PROVED, TABLE, Result
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
-from orbitdb.averages.by_period import divisors, every_period, of_divisors, standing
+from orbitdb.averages.by_period import divisors, every_period, none_where_incomplete, of_divisors
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.bounds import BALLS, EntropyBounds, search
+from orbitdb.entropy_bounds.bounds import BALLS, EntropyBounds, search
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import Connection
 from orbitdb.store.results import tightest_bounds
 from orbitdb.store.selection import Selection, written_periods
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 _EDGES = 10
 """Edges of the longest windows if no bounds are stored; the search takes at most half a second (small a)."""
 
 
-def table(moment: Connection, chosen: Selection) -> Result:
+def table(connection: Connection, chosen: Selection) -> Result:
     """Return the paper's Table 1 (`Catalogue.table`)."""
-    counted = count(moment, chosen)
-    notes = gaps(moment, chosen, True, counted.from_sweeps, counted.from_births)
+    counted = count(connection, chosen)
+    notes = gaps(connection, chosen, True, counted.from_sweeps, counted.from_births)
     for p in counted.chosen:
         if missing := sorted(of_divisors(p) - counted.tallies.keys()):
             notes.append(f"p = {p}: N also needs p = {', '.join(map(str, missing))} (not filled)")
     if not counted.chosen and not notes:
         notes = [f"no {chosen.describe()}"]
-    stored = counted.chosen and tightest_bounds(moment, chosen.a) is not None
-    proved = enclosure(moment, chosen.a) if stored else None
+    stored = counted.chosen and tightest_bounds(connection, chosen.a) is not None
+    proved = enclosure(connection, chosen.a) if stored else None
     columns = _table(counted.chosen, counted.tallies)
     return Result(chosen, columns, () if proved is None else (proved[1],), tuple(notes))
 
@@ -70,30 +70,30 @@ def _table(periods: Sequence[int], tallies: Mapping[int, Tally]) -> dict[str, li
     return {name: [row[place] for row in rows] for place, name in enumerate(TABLE)}
 
 
-def entropy(moment: Connection, chosen: Selection) -> Result:
+def entropy(connection: Connection, chosen: Selection) -> Result:
     """Return the topological entropy by period (`Catalogue.entropy`).
 
     All orbits of a period need only be counted; the rows of other subsets are read.
     """
     if not all_orbits(chosen):
-        notes = _uncounted(moment, chosen)
-        subset = read_noted(moment, chosen, notes, swept=False)
+        notes = _uncounted(connection, chosen)
+        subset = read_noted(connection, chosen, notes, swept=False)
         return Result(chosen, {}, (), tuple(notes)) if subset is None else entropy_of_rows(subset, notes)
     orbits, wide = replace(chosen, statuses=(Status.ORBIT,)), with_lower(chosen)
-    counted = count(moment, Selection(wide.a, wide.periods))
-    notes = gaps(moment, chosen, True, counted.from_sweeps, counted.from_births)
+    counted = count(connection, Selection(wide.a, wide.periods))
+    notes = gaps(connection, chosen, True, counted.from_sweeps, counted.from_births)
     periods = Periods(orbits, wide, counted.chosen)
     if not periods.shown:
         return Result(chosen, {}, (), tuple(notes or [f"no {orbits.describe()}"]))
     columns = _entropy(periods, counted.cycles(), notes)
-    proved, line = enclosure(moment, chosen.a)
+    proved, line = enclosure(connection, chosen.a)
     notes.append(outside(columns["p"], columns["h_zeta"], proved, chosen))
     bounds = zip(PROVED, (proved.lower, proved.upper, proved.proof), strict=True)
     columns |= {name: [value] * len(columns["p"]) for name, value in bounds}
     return Result(orbits, columns, (orbits.describe(), line), tuple(filter(None, notes)))
 
 
-def entropy_of_rows(subset: WholePeriods, notes: Sequence[str] = ()) -> Result:
+def entropy_of_rows(subset: CompletePeriods, notes: Sequence[str] = ()) -> Result:
     """Return the topological entropy by period of orbits that were already read (`Subset.entropy`)."""
     said = list(notes)
     columns = _entropy(subset, subset.cycles(), said)
@@ -106,46 +106,48 @@ def _entropy(periods: Periods, cycles: Integers, notes: list[str]) -> dict[str, 
     """Return the columns of the entropy, given the number of orbits of each period; add to the notes."""
     estimates = by_period.entropy_of_counts(cycles)
     columns = {"p": estimates.p.tolist()}
-    columns |= standing(estimates.p, {"N": estimates.N, "K_0": estimates.K_0}, of_divisors, periods.periods)
+    columns |= none_where_incomplete(
+        estimates.p, {"N": estimates.N, "K_0": estimates.K_0}, of_divisors, periods.periods
+    )
     zeta = {"h_zeta": estimates.h_zeta, "h_zeta_change": estimates.h_zeta_change}
-    columns |= standing(estimates.p, zeta, every_period, periods.periods)
+    columns |= none_where_incomplete(estimates.p, zeta, every_period, periods.periods)
     notes += periods.notes(estimates)
     return periods.rows_of(columns)
 
 
-def _uncounted(moment: Connection, chosen: Selection) -> list[str]:
+def _uncounted(connection: Connection, chosen: Selection) -> list[str]:
     """Return a note on periods without rows; sweeps and births count all orbits, not those of a subset."""
-    counted = count(moment, Selection(chosen.a, chosen.periods))
+    counted = count(connection, Selection(chosen.a, chosen.periods))
     if not (periods := sorted([*counted.from_sweeps, *counted.from_births])):
         return []
     return [
-        f"at a = {exact(chosen.a)}, all orbits of {written_periods(periods)} were counted, but no rows are "
+        f"at a = {format_float(chosen.a)}, all orbits of {written_periods(periods)} were counted, but no rows are "
         "stored: choose by periods alone, or fill these periods"
     ]
 
 
-def stored_enclosure(moment: Connection, a: float) -> tuple[EntropyBounds, str] | None:
+def stored_enclosure(connection: Connection, a: float) -> tuple[EntropyBounds, str] | None:
     """Return the tightest stored bounds on the entropy, if any, and a line that describes them.
 
     The line also gives the tightest bounds that are proved in ball arithmetic.
     """
-    closest = tightest_bounds(moment, a)
+    closest = tightest_bounds(connection, a)
     if closest is None:
         return None
     line = f"entropy of all orbits: {closest.between}, proved from {closest.basis}"
-    surer = None if closest.proof == BALLS else tightest_bounds(moment, a, BALLS)
+    surer = None if closest.proof == BALLS else tightest_bounds(connection, a, BALLS)
     return closest, line + ("" if surer is None else f"; {surer.between} from {surer.basis}")
 
 
-def enclosure(moment: Connection, a: float) -> tuple[EntropyBounds, str]:
+def enclosure(connection: Connection, a: float) -> tuple[EntropyBounds, str]:
     """Return the tightest stored bounds on the entropy, or better new ones, and a line about them."""
-    stored = stored_enclosure(moment, a)
+    stored = stored_enclosure(connection, a)
     if stored is not None and stored[0].window >= _EDGES:
         return stored
     computed = _computed_bounds(a)
     if stored is not None and stored[0].width <= computed.width:
         return stored
-    closer = f"'orbitdb bounds --a {exact(a)}' finds tighter ones"
+    closer = f"'orbitdb bounds --a {format_float(a)}' finds tighter ones"
     return computed, f"entropy of all orbits: {computed.between}, proved from {computed.basis}; {closer}"
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from orbitdb.answers.field_words import MOST, PickedWords, followable, whole_periods
 from orbitdb.answers.results import Result
 from orbitdb.answers.subset import Texts
-from orbitdb.arrays import Floats, Integers, Marks, Masks, Places, Words
+from orbitdb.arrays import Floats, Indices, Integers, Marks, Masks, Words
 from orbitdb.averages.by_period import of_divisors
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, as_floats
@@ -37,7 +37,7 @@ from orbitdb.symbols.words import (
     to_strings,
     unpack,
 )
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     import pandas
@@ -118,7 +118,7 @@ class FieldOrbits(Drawn):
 
     def __repr__(self) -> str:
         subject = self.selection.describe(count=len(self) // max(len(self.kappas), 1))
-        values = ", ".join(map(exact, self.kappas[:_NAMED])) + ", ..." * (len(self.kappas) > _NAMED)
+        values = ", ".join(map(format_float, self.kappas[:_NAMED])) + ", ..." * (len(self.kappas) > _NAMED)
         return f"<{subject}, kappa = {values}: {several(int(self.exists.sum()), 'orbit')}>"
 
     @property
@@ -207,7 +207,7 @@ def curvatures(values: Any, a: float) -> Floats:
     if not abs(largest) * (a + 1) < 1:
         raise InputError(
             f"kappa = {largest:g}: the circles' diameter 2/kappa must be above the longest chord, "
-            f"{exact(2 * a + 2)} at a = {exact(a)}: give a kappa below {1 / (a + 1):.5g}"
+            f"{format_float(2 * a + 2)} at a = {format_float(a)}: give a kappa below {1 / (a + 1):.5g}"
         )
     return kappa
 
@@ -258,7 +258,7 @@ class _Classes(NamedTuple):
 
     least: Words  # the representatives, shape (C, p)
     stabiliser: Masks  # shape (C,)
-    owner: Places  # the class of each word, shape (N,)
+    owner: Indices  # the class of each word, shape (N,)
     odd: Marks  # whether an odd element leads to the word, shape (N,)
 
 

@@ -6,15 +6,15 @@ from typing import NamedTuple
 import numpy as np
 
 from orbitdb.answers.completeness import gaps, nothing
-from orbitdb.arrays import Places, Words
+from orbitdb.arrays import Indices, Words
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import pruned_word
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import Connection
 from orbitdb.store.fills import read_fills
-from orbitdb.store.query import choose
+from orbitdb.store.query import select_words
 from orbitdb.store.rows import blocks_of
-from orbitdb.store.selection import Selection, SelectionError, fillable
+from orbitdb.store.selection import Selection, SelectionError, check_periods
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES, packed_members
@@ -32,7 +32,9 @@ class PickedWords(NamedTuple):
     """Words to follow into a field."""
 
     selection: Selection
-    batches: list[tuple[Places, Words]]  # for each period, the places of the entries, and words, shape (N, p)
+    batches: list[
+        tuple[Indices, Words]
+    ]  # for each period, the places of the entries, and words, shape (N, p)
     periods: tuple[int, ...]  # those whose words are all here
     notes: list[str]
 
@@ -55,13 +57,13 @@ def followable(word: str, a: float) -> str:
     return symbols
 
 
-def _by_period(codes: Sequence[str]) -> list[tuple[Places, Words]]:
+def _by_period(codes: Sequence[str]) -> list[tuple[Indices, Words]]:
     orders = np.array([len(code) for code in codes])
     groups = [np.flatnonzero(orders == p) for p in np.unique(orders)]
     return [(rows, from_strings([codes[row] for row in rows.tolist()])) for rows in groups]
 
 
-def chosen_words(moment: Connection, chosen: Selection) -> PickedWords:
+def chosen_words(connection: Connection, chosen: Selection) -> PickedWords:
     """Return the words of chosen periods, of all filled ones by default, or those that criteria choose.
 
     Words chosen by periods alone need not be stored.
@@ -69,12 +71,16 @@ def chosen_words(moment: Connection, chosen: Selection) -> PickedWords:
     if Status.GEOMETRIC in chosen.statuses:
         raise SelectionError("status geometric: geometrically pruned words cannot be followed into a field")
     if chosen != Selection(chosen.a, chosen.periods):
-        codes = [code for (block,) in blocks_of(moment, choose(moment, chosen), ["code"]) for code in block]
-        notes = [*gaps(moment, chosen), "" if codes else nothing(moment, chosen)]
+        codes = [
+            code
+            for (block,) in blocks_of(connection, select_words(connection, chosen), ["code"])
+            for code in block
+        ]
+        notes = [*gaps(connection, chosen), "" if codes else nothing(connection, chosen)]
         return PickedWords(chosen, _by_period(codes), (), [*filter(None, notes)])
-    filled = [fill.p for fill in read_fills(moment, chosen.a) if fill.whole]
-    periods = fillable(chosen.periods) if chosen.periods else filled
-    return whole_periods(chosen, periods)._replace(notes=[] if periods else gaps(moment, chosen))
+    filled = [fill.p for fill in read_fills(connection, chosen.a) if fill.complete]
+    periods = check_periods(chosen.periods) if chosen.periods else filled
+    return whole_periods(chosen, periods)._replace(notes=[] if periods else gaps(connection, chosen))
 
 
 def whole_periods(chosen: Selection, periods: Sequence[int]) -> PickedWords:
@@ -90,7 +96,7 @@ def whole_periods(chosen: Selection, periods: Sequence[int]) -> PickedWords:
         raise InputError(f"these periods have {total} words, more than {MOST}: choose fewer periods")
     batches, start = [], 0
     for p in periods:
-        classes = all_least_words(Span.whole(p))
+        classes = all_least_words(Span.of_period(p))
         every = ((1 << SIZES[classes.stabiliser]) - 1).astype(np.uint8)
         codes = np.concatenate([*packed_members(classes.codes, p, every, classes.stabiliser)])
         batches.append((np.arange(start, start := start + len(codes)), unpack(codes, p)))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from orbitdb.answers.completeness import complete_length, describe_fills, gaps
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, need_whole
+from orbitdb.errors import InputError, check_int
 from orbitdb.extras import Record, Rows, data_frame
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
@@ -19,7 +19,7 @@ from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import orbits_of_length
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import to_strings
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 from orbitdb.trajectories.trajectory import BOUNCES, trace_points, trace_start
 
 if TYPE_CHECKING:
@@ -201,7 +201,7 @@ def identify_trajectory(
     near = _measure("tolerance", NEAR if tolerance is None else tolerance, _MOST_TOLERANCE)
     most = _count(SHOWN if limit is None else limit)
     if start is not None:
-        each_way = None if bounces is None else need_whole("bounces", bounces, 0)
+        each_way = None if bounces is None else check_int("bounces", bounces, 0)
         path = trace_start(stadium, start, near, each_way)
     elif bounces is not None:
         raise InputError("give a number of bounces with a start, not with points")
@@ -234,12 +234,12 @@ def _unshadowed(sequence: str) -> str:
 
 
 def read_candidates(
-    moment: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
+    connection: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
 ) -> Candidates:
     """Return the stored orbits with a given length, and what was searched (`Catalogue.with_length`)."""
-    found = Candidates(identify_length(moment, a, length, tolerance, limit))
-    fills, notes = read_fills(moment, a), gaps(moment, Selection(a, statuses=(Status.ORBIT,)))
-    for orbit in () if found else identify_length(moment, a, length, 1.0, 1):
+    found = Candidates(identify_length(connection, a, length, tolerance, limit))
+    fills, notes = read_fills(connection, a), gaps(connection, Selection(a, statuses=(Status.ORBIT,)))
+    for orbit in () if found else identify_length(connection, a, length, 1.0, 1):
         times = f"{orbit.repetitions} x {orbit.code}" if orbit.repetitions > 1 else orbit.code
         enough = float(f"{1.05 * abs(orbit.difference):.2g}")
         notes.append(
@@ -249,12 +249,12 @@ def read_candidates(
     farthest = length + (SAME_LENGTH if tolerance is None else tolerance)
     found.complete = farthest < (complete_length(fills, Selection(a)) or 0)
     if fills or found:  # otherwise, a note says that nothing was searched
-        found.among = describe_fills(fills, a) if fills else f"single words at a = {exact(a)}"
+        found.among = describe_fills(fills, a) if fills else f"single words at a = {format_float(a)}"
     return found
 
 
 def identify_length(
-    moment: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
+    connection: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
 ) -> Rows[Candidate]:
     """Find the stored orbits that have a given length after one or more traversals (`Catalogue.with_length`).
 
@@ -266,7 +266,7 @@ def identify_length(
         "tolerance", SAME_LENGTH if tolerance is None else tolerance, _MOST_TOLERANCE, zero=True
     )
     most = _ALL if limit is None else _count(limit)
-    found = orbits_of_length(moment, a, wanted, within + 4 * math.ulp(wanted), _LEAST_LENGTH, most)
+    found = orbits_of_length(connection, a, wanted, within + 4 * math.ulp(wanted), _LEAST_LENGTH, most)
     return Rows(starmap(Candidate, found))
 
 
@@ -278,4 +278,4 @@ def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
 
 
 def _count(limit: int) -> int:
-    return min(need_whole("limit", limit, 0), _ALL)
+    return min(check_int("limit", limit, 0), _ALL)

@@ -6,7 +6,7 @@ from itertools import groupby
 from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Any
 
-from orbitdb.entropy.bounds import BALLS
+from orbitdb.entropy_bounds.bounds import BALLS
 from orbitdb.extras import data_frame
 from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.contents import room, schema_version
@@ -15,7 +15,7 @@ from orbitdb.store.lives import read_birth_fills
 from orbitdb.store.lookup import a_values
 from orbitdb.store.results import bounds_by_a, level_windows, trajectories
 from orbitdb.store.selection import written_periods
-from orbitdb.text import exact, gigabytes, several
+from orbitdb.text import format_float, gigabytes, several
 
 if TYPE_CHECKING:
     import pandas
@@ -59,53 +59,55 @@ class Info:
         return data_frame(self.rows, self.columns)
 
 
-def read_info(moment: Connection, facts: bool = True) -> Info:
+def read_info(connection: Connection, facts: bool = True) -> Info:
     """Return what a catalogue contains (`Catalogue.info`)."""
-    rows = [row for a in a_values(moment) for row in _periods(moment, a)]
-    return Info(_facts(moment) if facts else [], COLUMNS, sorted(rows, key=itemgetter(0, 1)))
+    rows = [row for a in a_values(connection) for row in _periods(connection, a)]
+    return Info(_facts(connection) if facts else [], COLUMNS, sorted(rows, key=itemgetter(0, 1)))
 
 
-def _periods(moment: Connection, a: float) -> list[tuple[Any, ...]]:
+def _periods(connection: Connection, a: float) -> list[tuple[Any, ...]]:
     """Return one row per filled or swept period at a given a."""
-    fills = read_fills(moment, a)
+    fills = read_fills(connection, a)
     rows = [(a, *_OF_FILL(fill)) for fill in fills]
-    filled = {fill.p for fill in fills if fill.whole}
-    for sweep in read_sweeps(moment, a):
+    filled = {fill.p for fill in fills if fill.complete}
+    for sweep in read_sweeps(connection, a):
         if sweep.p not in filled:
-            counts = _OF_TALLY(sweep.tally) if sweep.whole else (None,) * 4
-            state = "swept" if sweep.whole else "sweeping"
+            counts = _OF_TALLY(sweep.tally) if sweep.complete else (None,) * 4
+            state = "swept" if sweep.complete else "sweeping"
             rows.append((a, sweep.p, state, 0, *counts, sweep.seconds, None, sweep.processor, None))
     return rows
 
 
-def _facts(moment: Connection) -> list[tuple[str, str]]:
+def _facts(connection: Connection) -> list[tuple[str, str]]:
     """Return the path, size and contents of the catalogue as pairs of a name and a text."""
-    path = path_of(moment).resolve()
+    path = path_of(connection).resolve()
     size = gigabytes(path.stat().st_size if path.exists() else 0)
-    facts = [("catalogue", str(path)), ("schema", str(schema_version(moment))), ("size", size)]
+    facts = [("catalogue", str(path)), ("schema", str(schema_version(connection))), ("size", size)]
     facts.append(("SQLite", sqlite3.sqlite_version))
-    for name, (count, each) in room(moment).items():
+    for name, (count, each) in room(connection).items():
         facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
-    if born := [fill.p for fill in read_birth_fills(moment) if fill.whole]:
+    if born := [fill.p for fill in read_birth_fills(connection) if fill.complete]:
         facts.append(("births", written_periods(born)))
-    for a, ranges in groupby(level_windows(moment), key=itemgetter(0)):
+    for a, ranges in groupby(level_windows(connection), key=itemgetter(0)):
         parts = [f"{parity} k = {low:g}..{high:g} ({count})" for _, parity, low, high, count in ranges]
-        facts.append(("levels", f"a = {exact(a)}: {', '.join(parts)}"))
-    for a, count, bounces in trajectories(moment):
-        facts.append(("simulated", f"a = {exact(a)}: {several(count, 'average')}, up to {bounces} bounces"))
-    return facts + _enclosures(moment)
+        facts.append(("levels", f"a = {format_float(a)}: {', '.join(parts)}"))
+    for a, count, bounces in trajectories(connection):
+        facts.append(
+            ("simulated", f"a = {format_float(a)}: {several(count, 'average')}, up to {bounces} bounces")
+        )
+    return facts + _enclosures(connection)
 
 
-def _enclosures(moment: Connection) -> list[tuple[str, str]]:
+def _enclosures(connection: Connection) -> list[tuple[str, str]]:
     """Return lines with the proved bounds on the entropy; if there are many a, only those that are filled."""
-    curve, filled = bounds_by_a(moment), a_values(moment, ["fill"])
+    curve, filled = bounds_by_a(connection), a_values(connection, ["fill"])
     listed = [bounds for bounds in curve if len(curve) <= _FEW or bounds.a in filled]
     lines = [
-        f"a = {exact(bounds.a)}: {bounds.between}, {bounds.window} edges{', balls' * (bounds.proof == BALLS)}"
+        f"a = {format_float(bounds.a)}: {bounds.between}, {bounds.window} edges{', balls' * (bounds.proof == BALLS)}"
         for bounds in listed
     ]
     if others := [bounds.a for bounds in curve if bounds not in listed]:
         lines.append(
-            f"enclosed at {len(others)} other values of a from {exact(others[0])} to {exact(others[-1])}"
+            f"enclosed at {len(others)} other values of a from {format_float(others[0])} to {format_float(others[-1])}"
         )
     return [("entropy", text) for text in lines]

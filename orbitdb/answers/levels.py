@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from orbitdb.answers.complete_periods import read_classes
 from orbitdb.answers.completeness import highest_filled
 from orbitdb.answers.results import Result
-from orbitdb.answers.whole_periods import read_classes
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, as_floats, need_whole
+from orbitdb.errors import InputError, as_floats, check_int
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
@@ -28,7 +28,7 @@ from orbitdb.store.connection import Connection
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import WITH_ORBITS, a_values
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -50,11 +50,11 @@ _CLEARLY = 0.7
 
 
 def levels_from_zero(
-    moment: Connection, a: float, parity: Parity | str | None = None, k_max: float | None = None
+    connection: Connection, a: float, parity: Parity | str | None = None, k_max: float | None = None
 ) -> Levels:
     """Return the stored levels from k = 0 to the first gap, or to `k_max` below it (`Catalogue.levels`)."""
     parities = parities_of(one_parity(parity))
-    windows_of = {one: stored_levels(moment, a, one) for one in parities}
+    windows_of = {one: stored_levels(connection, a, one) for one in parities}
     ends = {one: next(ranges_not_stored(windows, 0.0, math.inf))[0] for one, windows in windows_of.items()}
     last = min(ends.values())
     high = last if k_max is None else k_max
@@ -64,21 +64,21 @@ def levels_from_zero(
         asked = 30 if k_max is None else k_max
         of = "" if parity is None else f" of parity {parity}"
         stored = f"levels{of} are stored up to k = {last:g}" if last else f"no levels{of} are stored"
-        command = f"'orbitdb levels --k 0:{asked:g} --a {exact(a)}'"
+        command = f"'orbitdb levels --k 0:{asked:g} --a {format_float(a)}'"
         if any(ends.values()) and not last:
             some = ", ".join(one for one, end in ends.items() if end)
             raise InputError(
-                f"only {some} levels are stored at a = {exact(a)}: choose one parity, or find "
+                f"only {some} levels are stored at a = {format_float(a)}: choose one parity, or find "
                 f"the others with {command}"
             )
-        raise InputError(f"{stored} at a = {exact(a)}: {command} finds them")
+        raise InputError(f"{stored} at a = {format_float(a)}: {command} finds them")
     return Levels.joined(a, 0.0, high, windows_of)
 
 
-def read_levels(moment: Connection, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
+def read_levels(connection: Connection, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
     """Return the stored levels from k = 0 to the first gap, and the k of this gap; None without levels."""
     try:
-        levels = levels_from_zero(moment, a, parity)
+        levels = levels_from_zero(connection, a, parity)
     except InputError:
         return None
     return levels.k, levels.high
@@ -103,14 +103,14 @@ def ranges_not_stored(done: Sequence[LevelWindow], low: float, high: float) -> I
 
 
 def levels_from_orbits(
-    moment: Connection,
+    connection: Connection,
     a: float,
     k_max: float | None = None,
     parities: Iterable[Parity] = tuple(Parity),
 ) -> Levels:
     """Return the levels computed from the stored orbits (`Catalogue.levels`)."""
     stadium, named = Stadium(a), tuple(parities)
-    classes, highest = classes_for_levels(moment, stadium.a)
+    classes, highest = classes_for_levels(connection, stadium.a)
     reliable = min(reliable_end(stadium, parity) for parity in named)
     end = math.floor(reliable * 10) / 10 if k_max is None else float(k_max)
     if not 0 < end <= _MOST_K:
@@ -125,18 +125,18 @@ def levels_from_orbits(
     ]
     if highest < _ENOUGH:
         basis.append(
-            f"period {_ENOUGH} reduces the errors: 'orbitdb fill --p {_ENOUGH} --a {exact(stadium.a)}'"
+            f"period {_ENOUGH} reduces the errors: 'orbitdb fill --p {_ENOUGH} --a {format_float(stadium.a)}'"
         )
     if end > reliable:
         basis.append(f"above k = {reliable:.1f} the rms error is more than a fifth of the mean spacing")
     return replace(Levels.joined(stadium.a, 0.0, end, windows), basis="; ".join(basis))
 
 
-def beside(moment: Connection, levels: Levels) -> list[float | None]:
+def stored_counterparts(connection: Connection, levels: Levels) -> list[float | None]:
     """Return, for each level from orbits, the stored level with the same number, or None."""
     exact_k: dict[tuple[str, int], float] = {}
     for parity in levels.parities:
-        for window in stored_levels(moment, levels.a, parity):
+        for window in stored_levels(connection, levels.a, parity):
             exact_k.update(((str(parity), window.below + n), k) for n, k in enumerate(window.k.tolist(), 1))
     numbers = dict.fromkeys(map(str, levels.parities), 0)
     values = []
@@ -146,35 +146,37 @@ def beside(moment: Connection, levels: Levels) -> list[float | None]:
     return values
 
 
-def classes_for_levels(moment: Connection, a: float) -> tuple[OrbitClasses, int]:
+def classes_for_levels(connection: Connection, a: float) -> tuple[OrbitClasses, int]:
     """Return the orbits at a, and the period up to which all are filled; raise if this period is too low."""
     if not LEAST_A <= a <= LARGEST_A:
-        raise InputError(f"no levels at a = {exact(a)}: give a half length from {LEAST_A:g} to {LARGEST_A:g}")
-    classes, highest = read_orbits(moment, Selection(a))
+        raise InputError(
+            f"no levels at a = {format_float(a)}: give a half length from {LEAST_A:g} to {LARGEST_A:g}"
+        )
+    classes, highest = read_orbits(connection, Selection(a))
     if highest < _LEAST:
         raise InputError(
-            f"periods are complete only up to {highest} at a = {exact(a)}, but levels need {_LEAST} or more: "
-            f"'orbitdb fill --p {_ENOUGH} --a {exact(a)}' finds their orbits"
+            f"periods are complete only up to {highest} at a = {format_float(a)}, but levels need {_LEAST} or more: "
+            f"'orbitdb fill --p {_ENOUGH} --a {format_float(a)}' finds their orbits"
         )
     return classes, highest
 
 
-def read_orbits(moment: Connection, chosen: Selection) -> tuple[OrbitClasses, int]:
+def read_orbits(connection: Connection, chosen: Selection) -> tuple[OrbitClasses, int]:
     """Return the chosen orbits by class, with their symmetries and representatives, and the highest period.
 
     All periods up to the highest one are filled (`highest_filled`).
     """
     statuses = (Status.ORBIT, Status.BOUNDARY)
-    classes = read_classes(moment, replace(chosen, statuses=statuses), ("symmetry", "representative"))
+    classes = read_classes(connection, replace(chosen, statuses=statuses), ("symmetry", "representative"))
     if not len(classes):
         raise InputError(
-            f"no orbits at a = {exact(chosen.a)}: 'orbitdb fill --p 11 --a {exact(chosen.a)}' finds some"
+            f"no orbits at a = {format_float(chosen.a)}: 'orbitdb fill --p 11 --a {format_float(chosen.a)}' finds some"
         )
-    return classes, highest_filled(read_fills(moment, chosen.a), chosen)
+    return classes, highest_filled(read_fills(connection, chosen.a), chosen)
 
 
 def read_spectrum(
-    moment: Connection,
+    connection: Connection,
     a: float,
     lengths: "ArrayLike",
     points: int,
@@ -183,7 +185,7 @@ def read_spectrum(
     parity: Parity | str | None = None,
 ) -> Spectrum:
     """Return the length spectrum (`Catalogue.spectrum`)."""
-    points = need_whole("points", points, 0)
+    points = check_int("points", points, 0)
     ends = as_floats(lengths, f"lengths {lengths!r:.40}: give a range such as (1, 12)")
     if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
         raise InputError(
@@ -194,10 +196,10 @@ def read_spectrum(
         raise InputError(f"k_max {k_max:g}: give 1 to {_LARGEST_K_MAX}")
     stadium, of = Stadium(a), one_parity(parity)
     given = None if levels is None else check_levels(levels, stadium, of)
-    classes, highest = read_orbits(moment, Selection(stadium.a))
+    classes, highest = read_orbits(connection, Selection(stadium.a))
     codes = classes.representative
     assert codes is not None
-    compared = read_levels(moment, stadium.a, of) if given is None else (given, float(given[-1]))
+    compared = read_levels(connection, stadium.a, of) if given is None else (given, float(given[-1]))
     end = _USUAL_K_MAX if compared is None else compared[1]
     if k_max is not None and compared is not None and k_max > end:
         raise InputError(
@@ -213,12 +215,12 @@ def read_spectrum(
         complete /= 2  # because half orbits contribute
     parts = zip(terms, family_terms(stadium, end, longest, of), strict=True)
     both = Terms._make(map(np.concatenate, parts))
-    judged = () if given is None else tuple(notes_on_missing_levels(moment, stadium.a, given, of))
+    judged = () if given is None else tuple(notes_on_missing_levels(connection, stadium.a, given, of))
     return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes, judged)
 
 
 def assess_levels(
-    moment: Connection,
+    connection: Connection,
     a: float,
     k: "ArrayLike | None" = None,
     parity: Parity | str | None = None,
@@ -240,20 +242,20 @@ def assess_levels(
             "a window is a list that may begin with any level: give its levels, with the radius known"
         )
     if k is None:
-        k = levels_from_zero(moment, stadium.a, of).k
+        k = levels_from_zero(connection, stadium.a, of).k
     levels = check_levels(k, stadium, of, window)
-    classes, _ = classes_for_levels(moment, stadium.a)
+    classes, _ = classes_for_levels(connection, stadium.a)
     orbits = orbits_for(stadium, classes, of, levels, window)
     assessment = assess(levels, orbits, stadium, of, window, fit_radius)
     if not assessment.fits or assessment.at_limit:
-        return assessment, _hints(moment, assessment, classes, levels)
+        return assessment, _hints(connection, assessment, classes, levels)
     lowest = 0 if window else int(assessment.number[assessment.number > 0][0]) - 1
     if lowest < _LOWEST:
         return assessment, []
     return assessment, [f"the {lowest} lowest levels are missing: a list that begins higher up is a window"]
 
 
-def _hints(moment: Connection, assessment: Assessment, classes: OrbitClasses, k: Floats) -> list[str]:
+def _hints(connection: Connection, assessment: Assessment, classes: OrbitClasses, k: Floats) -> list[str]:
     """Return hints for a list that does not fit: a radius, a parity or a stored a with which it fits."""
     stadium, of, window = Stadium(assessment.a), assessment.parity, assessment.window
 
@@ -276,21 +278,21 @@ def _hints(moment: Connection, assessment: Assessment, classes: OrbitClasses, k:
         for other in (Parity if of is not None else ())
         if other != of and better(stadium, classes, other)
     ]
-    for a in a_values(moment, WITH_ORBITS):
+    for a in a_values(connection, WITH_ORBITS):
         if a != stadium.a and len(hints) < _SHOWN:
             try:
-                there, _ = classes_for_levels(moment, a)
+                there, _ = classes_for_levels(connection, a)
             except InputError:
                 continue
             if better(Stadium(a), there, of):
-                hints.append(f"they fit a = {exact(a)}")
+                hints.append(f"they fit a = {format_float(a)}")
     return hints
 
 
-def notes_on_missing_levels(moment: Connection, a: float, k: Floats, parity: Parity | None) -> list[str]:
+def notes_on_missing_levels(connection: Connection, a: float, k: Floats, parity: Parity | None) -> list[str]:
     """Return a line on the levels that a list lacks, and notes; [] if it lacks none or orbits cannot tell."""
     try:
-        assessment, notes = assess_levels(moment, a, k, parity)
+        assessment, notes = assess_levels(connection, a, k, parity)
     except InputError:
         return []
     if assessment.fits and not assessment.gaps:
@@ -302,13 +304,13 @@ def notes_on_missing_levels(moment: Connection, a: float, k: Floats, parity: Par
     return [f"{assessment.verdict()}: {places}{more}; 'orbitdb assess FILE' lists them", *notes]
 
 
-def level_statistics(moment: Connection, a: float, levels: Mapping[Parity, Floats]) -> Result:
+def level_statistics(connection: Connection, a: float, levels: Mapping[Parity, Floats]) -> Result:
     """Return the statistics of the levels of each parity (`Catalogue.level_statistics`)."""
     rows, notes = [], []
     for parity, k in levels.items():
         rows += [statistics(k, Stadium(a), parity, balls) for balls in (False, True)]
-        notes.append(f"{parity}: {len(k)} levels at a = {exact(a)}, k below {k[-1]:.4g}")
-        notes += notes_on_missing_levels(moment, a, k, parity)
+        notes.append(f"{parity}: {len(k)} levels at a = {format_float(a)}, k below {k[-1]:.4g}")
+        notes += notes_on_missing_levels(connection, a, k, parity)
     columns = zip(*rows, *expected(), strict=True)
     named = zip(Statistics._fields, map(list, columns), strict=True)
     return Result(Selection(a), dict(named), (), tuple(notes))

@@ -22,10 +22,10 @@ from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
 from orbitdb.extras import data_frame
 from orbitdb.store.connection import Connection, path_of
-from orbitdb.store.query import choose, parse_order
-from orbitdb.store.rows import COLUMNS, Chosen, rows_of
+from orbitdb.store.query import parse_order, select_words
+from orbitdb.store.rows import COLUMNS, SelectedWords, rows_of
 from orbitdb.store.selection import Selection, unknown_column
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     import pandas
@@ -75,7 +75,7 @@ class Listing:
     limit: int | None = None
     offset: int = 0
     classes: bool = False
-    _read: tuple[Connection, bool, list[Chosen]] | None = field(default=None, init=False)
+    _read: tuple[Connection, bool, list[SelectedWords]] | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         for name in self.columns:
@@ -93,18 +93,18 @@ class Listing:
         return islice(self._rows(end if self._end is None else min(end, self._end)), most)
 
     def _rows(self, end: int | None) -> Iterator[Row]:
-        with self._apart() as moment:
-            subsets = self._subsets(moment)
+        with self._apart() as connection:
+            subsets = self._subsets(connection)
             if len(subsets) > 1:
-                yield from self._merged(moment, subsets, end)
+                yield from self._merged(connection, subsets, end)
             else:
-                yield from rows_of(moment, subsets[0], self.columns, self.offset, end)
+                yield from rows_of(connection, subsets[0], self.columns, self.offset, end)
 
     @property
     def total(self) -> int:
         """Number of rows without limit and offset."""
-        with self._snapshot() as moment:
-            return sum(map(len, self._subsets(moment, counted=True)))
+        with self._snapshot() as connection:
+            return sum(map(len, self._subsets(connection, counted=True)))
 
     @property
     def empty(self) -> bool:
@@ -114,11 +114,11 @@ class Listing:
     @property
     def notes(self) -> tuple[str, ...]:
         """What is missing: partial or unfilled periods, births, or all rows; one line each."""
-        with self._snapshot() as moment:
+        with self._snapshot() as connection:
             absent = self.absent  # first, because it refuses a wrong expression
             lines: list[str] = []
             for chosen in self.selections:
-                lines += gaps(moment, chosen, names=self.columns, order=self.order)
+                lines += gaps(connection, chosen, names=self.columns, order=self.order)
             return (*lines, *absent)
 
     @property
@@ -126,18 +126,18 @@ class Listing:
         """The last of the notes if there is no row: that nothing is found, a line for each a."""
         if not self.empty:
             return ()
-        with self._snapshot() as moment:
-            return tuple(filter(None, (nothing(moment, chosen) for chosen in self.selections)))
+        with self._snapshot() as connection:
+            return tuple(filter(None, (nothing(connection, chosen) for chosen in self.selections)))
 
     @property
     def complete(self) -> tuple[str, ...]:
         """Up to which length orbits that a length sorts or bounds are complete, a line for each a."""
         if self.empty:
             return ()
-        with self._snapshot() as moment:
-            lines = [(one.a, complete_by_length(moment, one, self.order)) for one in self.selections]
+        with self._snapshot() as connection:
+            lines = [(one.a, complete_by_length(connection, one, self.order)) for one in self.selections]
         at = "at a = {}: " if len(lines) > 1 else ""
-        return tuple(f"{at.format(exact(a))}{line}" for a, line in lines if line)
+        return tuple(f"{at.format(format_float(a))}{line}" for a, line in lines if line)
 
     def describe(self, total: int | None = None) -> str:
         """Describe the chosen rows in one line, with their number if it is given."""
@@ -151,9 +151,9 @@ class Listing:
         """Return where the rows come from; if `many`, a and the partial periods have an item for each a."""
         values = [chosen.a for chosen in self.selections]
         many = len(values) > 1 if many is None else many
-        with self._snapshot() as moment:
-            partial = [partial_periods(moment, chosen) for chosen in self.selections]
-            database = str(path_of(moment).resolve())
+        with self._snapshot() as connection:
+            partial = [partial_periods(connection, chosen) for chosen in self.selections]
+            database = str(path_of(connection).resolve())
         return {
             "orbitdb": __version__,
             "selection": self.describe(),
@@ -202,21 +202,25 @@ class Listing:
     def _end(self) -> int | None:
         return None if self.limit is None else self.limit + self.offset
 
-    def _subsets(self, moment: Connection, counted: bool = False) -> list[Chosen]:
+    def _subsets(self, connection: Connection, counted: bool = False) -> list[SelectedWords]:
         """Return the subset at each a, with all its words if `counted`, else with those up to the limit.
 
         What was found is kept for further questions at the same moment.
         """
         counted = counted or self._end is None
-        if self._read is None or self._read[0] is not moment or counted > self._read[1]:
+        if self._read is None or self._read[0] is not connection or counted > self._read[1]:
             subsets = [
-                choose(moment, one, self.order, most=self._end, counted=counted, by_class=self.classes)
+                select_words(
+                    connection, one, self.order, most=self._end, counted=counted, by_class=self.classes
+                )
                 for one in self.selections
             ]
-            self._read = moment, counted, subsets
+            self._read = connection, counted, subsets
         return self._read[2]
 
-    def _merged(self, moment: Connection, subsets: Sequence[Chosen], end: int | None) -> Iterator[Row]:
+    def _merged(
+        self, connection: Connection, subsets: Sequence[SelectedWords], end: int | None
+    ) -> Iterator[Row]:
         """Merge the rows at several a; empty fields come last, whether the order ascends or descends."""
         falling = parse_order(self.order)
         for name in _NATURAL:
@@ -230,5 +234,7 @@ class Listing:
                 for value, falls in keys
             )
 
-        streams = (rows_of(moment, chosen, (*self.columns, *falling), self.offset, end) for chosen in subsets)
+        streams = (
+            rows_of(connection, chosen, (*self.columns, *falling), self.offset, end) for chosen in subsets
+        )
         return (row[:width] for row in heapq.merge(*streams, key=place))

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from orbitdb.answers.results import TRAJECTORIES, UP_TO_CUT, Result
-from orbitdb.answers.whole_periods import (
-    WholePeriods,
+from orbitdb.answers.complete_periods import (
+    CompletePeriods,
     all_orbits,
     read_noted,
     sum_rules_of,
     why_no_sum_rules,
 )
+from orbitdb.answers.results import TRAJECTORIES, UP_TO_CUT, Result
 from orbitdb.arrays import Floats
 from orbitdb.averages import pseudocycles
 from orbitdb.averages.by_period import (
@@ -24,9 +24,9 @@ from orbitdb.averages.by_period import (
     Weight,
     every_period,
     lyapunov_of_periods,
+    none_where_incomplete,
     of_divisors,
     of_pairs,
-    standing,
 )
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.sum_rules import SumRules
@@ -38,7 +38,7 @@ from orbitdb.progress import Tell, nobody
 from orbitdb.store.connection import Connection
 from orbitdb.store.results import best_reference
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact, with_error
+from orbitdb.text import format_float, with_error
 
 _LARGEST_CUT = 1000
 MOST_FACTORS = 100_000
@@ -47,10 +47,10 @@ EXPONENTS = ("lambda_d", "lambda_c")
 
 
 @dataclass(frozen=True)
-class Given:
+class AverageInputs:
     """The chosen orbits of complete periods, and the quantities that several averages share."""
 
-    subset: WholePeriods
+    subset: CompletePeriods
     weight: Weight
 
     @cached_property
@@ -92,7 +92,7 @@ class Average:
     brief: str
     label: str
     needs: Callable[[int], set[int]]
-    compute: Callable[[Given], Mapping[str, Floats]]
+    compute: Callable[[AverageInputs], Mapping[str, Floats]]
     error: bool = False
     ink: str = "six"
     marker: str = ""
@@ -109,11 +109,11 @@ class Average:
         return values + [f"{name}_error" for name in values if self.error]
 
 
-def _of_sums(*names: str) -> Callable[[Given], Mapping[str, Floats]]:
+def _of_sums(*names: str) -> Callable[[AverageInputs], Mapping[str, Floats]]:
     return lambda given: {name: getattr(given.sums, name) for name in names}
 
 
-def _of_rules(given: Given) -> Mapping[str, Floats]:
+def _of_rules(given: AverageInputs) -> Mapping[str, Floats]:
     names = [f"{exponent}_sum_rule{end}" for end in ("", "_error") for exponent in EXPONENTS]
     return {} if given.rules is None else {name: getattr(given.rules, name) for name in names}
 
@@ -150,7 +150,7 @@ OF_AVERAGES = [
 
 
 def lyapunov(
-    moment: Connection,
+    connection: Connection,
     chosen: Selection,
     weight: str = "exp",
     cut: float | None = None,
@@ -158,17 +158,17 @@ def lyapunov(
 ) -> Result:
     """Return the average Lyapunov exponents by period, or up to a cut in lambda (`Catalogue.lyapunov`)."""
     wanted, notes = _weight(weight), list[str]()
-    subset = read_noted(moment, chosen, notes, swept=cut is None, lower=cut is None)
+    subset = read_noted(connection, chosen, notes, swept=cut is None, lower=cut is None)
     if subset is None:
         return Result(chosen, {}, (), tuple(notes))
     if cut is not None:
         return _up_to(subset, cut, wanted, notes, tell)
     columns, facts = averages(subset, wanted, notes), [subset.selection.describe()]
-    reference = best_reference(moment, chosen.a)
+    reference = best_reference(connection, chosen.a)
     for name in TRAJECTORIES if reference is not None else ():
         columns[f"{name}_trajectory"] = [getattr(reference, name)] * len(columns["p"])
     if all_orbits(subset.selection):  # trajectories and exact means are not about some of the orbits
-        a = exact(chosen.a)
+        a = format_float(chosen.a)
         if reference is None:
             notes.append(f"no trajectory value at a = {a}: 'orbitdb simulate --a {a}' computes one")
         else:
@@ -179,7 +179,7 @@ def lyapunov(
     return Result(subset.selection, columns, tuple(facts), tuple(filter(None, notes)))
 
 
-def lyapunov_of_rows(subset: WholePeriods, weight: str = "exp") -> Result:
+def lyapunov_of_rows(subset: CompletePeriods, weight: str = "exp") -> Result:
     """Return the average Lyapunov exponents of orbits that were already read (`Subset.averages`)."""
     notes: list[str] = []
     columns = averages(subset, _weight(weight), notes)
@@ -192,14 +192,14 @@ def _weight(name: str) -> Weight:
     return Weight(name)
 
 
-def averages(subset: WholePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
+def averages(subset: CompletePeriods, weight: Weight, notes: list[str]) -> dict[str, list[Any]]:
     """Return the columns of all `AVERAGES` over complete periods; append what is missing to `notes`."""
-    given = Given(subset, weight)
+    given = AverageInputs(subset, weight)
     p = given.sums.p
     columns: dict[str, list[Any]] = {"p": p.tolist()}
     for average in AVERAGES:
         columns |= {name: [None] * len(p) for name in average.columns}
-        columns |= standing(p, average.compute(given), average.needs, subset.periods)
+        columns |= none_where_incomplete(p, average.compute(given), average.needs, subset.periods)
     avoided = _AVOIDED if subset.selection.without else ""
     notes += [why_no_sum_rules(subset), *subset.notes(given.sums), avoided]
     return subset.rows_of(columns)
@@ -213,7 +213,7 @@ def _without_orbits(a: float) -> str:
     return f"from exact means alone, without orbits: {', '.join(ranges)}"
 
 
-def _up_to(subset: WholePeriods, cut: float, weight: Weight, notes: list[str], tell: Tell) -> Result:
+def _up_to(subset: CompletePeriods, cut: float, weight: Weight, notes: list[str], tell: Tell) -> Result:
     if not 0 < cut <= _LARGEST_CUT:
         raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows, a = subset.classes, subset.selection.a
@@ -229,7 +229,7 @@ def _up_to(subset: WholePeriods, cut: float, weight: Weight, notes: list[str], t
         complete = math.floor(least_exponent(subset.highest, a) * 1000) / 1000
         if cut > complete:
             notes.append(
-                f"the orbits are proved complete only up to lambda = {complete:.3f} at a = {exact(a)}: "
+                f"the orbits are proved complete only up to lambda = {complete:.3f} at a = {format_float(a)}: "
                 f"between that and the cut {cut:g}, orbits of period above {subset.highest} may be missing, "
                 "which would change the average"
             )

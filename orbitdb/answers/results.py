@@ -23,7 +23,7 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.store.lives import Life
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact, shortened
+from orbitdb.text import format_float, shortened
 
 if TYPE_CHECKING:
     import pandas
@@ -143,7 +143,11 @@ def over_a(results: Sequence[Result]) -> Result:
         columns[name] = [value for result in rows for value in result.columns.get(name, [None] * len(result))]
 
     def said(kind: str) -> tuple[str, ...]:
-        pairs = [(f"a = {exact(each.selection.a)}", text) for each in results for text in getattr(each, kind)]
+        pairs = [
+            (f"a = {format_float(each.selection.a)}", text)
+            for each in results
+            for text in getattr(each, kind)
+        ]
         return tuple(text if at in text else f"{at}: {text}" for at, text in pairs)
 
     return Result(results[0].selection, columns, said("facts"), said("notes"))

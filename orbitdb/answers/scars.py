@@ -17,10 +17,10 @@ from orbitdb.quantum.waves import scar_strengths
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 from orbitdb.store.connection import Connection
 from orbitdb.store.lookup import find_word
-from orbitdb.store.query import choose
+from orbitdb.store.query import select_words
 from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact, shortened
+from orbitdb.text import format_float, shortened
 
 SHORTEST = 20
 """Number of classes, those with the shortest orbits, to try beside the bouncing balls if no word is given."""
@@ -124,14 +124,18 @@ def _above(own: float, others: Floats) -> float | None:
     return float(own - others.mean()) / spread if spread > _ROUNDING else None
 
 
-def shortest_orbits(moment: Connection, a: float) -> list[Orbit]:
+def shortest_orbits(connection: Connection, a: float) -> list[Orbit]:
     """Return the bouncing balls and the shortest stored orbits, one of each class."""
     chosen = replace(Selection(a), statuses=(Status.ORBIT,), where="code = representative")
-    rows = rows_of(moment, choose(moment, chosen, "length", most=SHORTEST), ("code",), 0, SHORTEST)
+    rows = rows_of(
+        connection, select_words(connection, chosen, "length", most=SHORTEST), ("code",), 0, SHORTEST
+    )
     words = [word for (word,) in rows]
-    orbits = [orbit for word in words if (orbit := find_word(moment, word, a)) is not None]
+    orbits = [orbit for word in words if (orbit := find_word(connection, word, a)) is not None]
     if not orbits:
-        raise InputError(f"no orbits at a = {exact(a)}: 'orbitdb fill --p 11 --a {exact(a)}' finds some")
+        raise InputError(
+            f"no orbits at a = {format_float(a)}: 'orbitdb fill --p 11 --a {format_float(a)}' finds some"
+        )
     return [solve_word("02", a), *orbits]
 
 
@@ -139,4 +143,4 @@ def check_scarring(orbit: Orbit) -> None:
     """Raise `InputError` if a word is neither an orbit nor the family of bouncing balls."""
     if orbit.points is None and orbit.status is not Status.FAMILY:
         code = shortened(orbit.code)
-        raise InputError(f"{code} at a = {exact(orbit.a)} scars nothing: {orbit.status.sentence}")
+        raise InputError(f"{code} at a = {format_float(orbit.a)} scars nothing: {orbit.status.sentence}")

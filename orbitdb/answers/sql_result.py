@@ -35,8 +35,8 @@ class SqlResult:
     @property
     def columns(self) -> tuple[str, ...]:
         """The names of the columns."""
-        with self._snapshot() as moment:
-            return self._run(moment)[0]
+        with self._snapshot() as connection:
+            return self._run(connection)[0]
 
     @property
     def absent(self) -> str:
@@ -45,15 +45,15 @@ class SqlResult:
 
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows; BLOBs become hexadecimal digits."""
-        with self._apart() as moment:
-            _, rows = self._run(moment)
+        with self._apart() as connection:
+            _, rows = self._run(connection)
             self._begun = None
             yield from rows
 
-    def _run(self, moment: Connection) -> tuple[tuple[str, ...], Iterator[Row]]:
+    def _run(self, connection: Connection) -> tuple[tuple[str, ...], Iterator[Row]]:
         """Begin to run the statement, unless it has been begun at this moment."""
-        if self._begun is None or self._begun[0] is not moment:
-            self._begun = moment, *run_statement(moment, self.statement, self.parameters)
+        if self._begun is None or self._begun[0] is not connection:
+            self._begun = connection, *run_statement(connection, self.statement, self.parameters)
         return self._begun[1:]
 
     def to_pandas(self) -> "pandas.DataFrame":

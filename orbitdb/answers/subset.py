@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from orbitdb.answers.completeness import lacking_births, unfilled
 from orbitdb.answers.export import arrow_batch, arrow_schema
 from orbitdb.answers.results import MOST_ROWS, html_of_orbits
-from orbitdb.arrays import Floats, Integers, Places, Values
+from orbitdb.arrays import Floats, Indices, Integers, Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.errors import InputError
@@ -24,7 +24,7 @@ from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.file import Store
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import find_or_solve
-from orbitdb.store.query import choose
+from orbitdb.store.query import select_words
 from orbitdb.store.rows import COORDINATES, blocks_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.pruning import rules_of
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     import pyarrow
     from matplotlib.axes import Axes
 
+    from orbitdb.answers.complete_periods import CompletePeriods
     from orbitdb.answers.results import Result
-    from orbitdb.answers.whole_periods import WholePeriods
 
 Texts = NDArray[Any]
 """Arrays of strings (`numpy.dtypes.StringDType`)."""
@@ -167,10 +167,10 @@ class Subset(Table):
             return self._orbit(int(places))
         return self._part(places)
 
-    def _part(self, places: Places) -> "Subset":
+    def _part(self, places: Indices) -> "Subset":
         if np.array_equal(places, np.arange(len(self))):
             return self
-        parts: dict[str, Any] = {name: getattr(self, name)[places] for name in OF_ROWS}
+        parts: dict[str, Any] = {name: getattr(self, name)[places] for name in ARRAY_FIELDS}
         if self.coordinates is not None:
             of_words = (self.coordinates_of(place) for place in places.tolist())
             parts["coordinates"] = np.concatenate([np.zeros(0), *of_words])
@@ -277,9 +277,9 @@ class Subset(Table):
                 periods=((min(periods), max(periods)),),
                 ranges={**self.selection.ranges, "length": lengths},
             )
-            with Store(self.path).snapshot() as moment:
-                chosen = choose(moment, near, by_class=self.by_class)
-                for block in blocks_of(moment, chosen, ("code", COORDINATES)):
+            with Store(self.path).snapshot() as connection:
+                chosen = select_words(connection, near, by_class=self.by_class)
+                for block in blocks_of(connection, chosen, ("code", COORDINATES)):
                     found = zip(*block, strict=True)
                     parts |= {code: read for code, read in found if read is not None and code in parts}
         return np.concatenate([np.zeros(0), *(parts[code] for code in codes)])
@@ -358,9 +358,9 @@ class Subset(Table):
         self._need_words()
         return table_of_rows(self.selection, self.filled, self.p, self.status, self.representative)
 
-    def _whole(self) -> "WholePeriods":
+    def _whole(self) -> "CompletePeriods":
         """Return the orbits of the completely filled periods, each as a class with a single word."""
-        from orbitdb.answers.whole_periods import WholePeriods
+        from orbitdb.answers.complete_periods import CompletePeriods
         from orbitdb.orbits.exponents import OrbitClasses
 
         self._need_words()
@@ -369,7 +369,7 @@ class Subset(Table):
         classes = OrbitClasses(self.p[rows], np.ones_like(rows), self.length[rows], self.lyapunov[rows],
                                self.walls[rows], number=number)  # fmt: skip
         chosen = replace(self.selection, statuses=self.selection.statuses or (Status.ORBIT,))
-        return WholePeriods(chosen, chosen, self.filled, classes=classes, part=self.total is not None)
+        return CompletePeriods(chosen, chosen, self.filled, classes=classes, part=self.total is not None)
 
     def _need_words(self) -> None:
         if self.by_class:
@@ -398,12 +398,12 @@ class Subset(Table):
         return html_of_orbits(str(self).strip("<>"), [*self[:MOST_ROWS]], len(self))
 
 
-OF_ROWS = [field.name for field in fields(Subset)][1:-6]
+ARRAY_FIELDS = [field.name for field in fields(Subset)][1:-6]
 """The fields with one entry per word."""
 
 
 def read_subset(
-    moment: Connection,
+    connection: Connection,
     selection: Selection,
     order: str,
     coordinates: bool,
@@ -411,21 +411,23 @@ def read_subset(
     limit: int | None = None,
 ) -> Subset:
     """Return the chosen words as arrays (`Catalogue.select`)."""
-    chosen = choose(moment, selection, order, most=limit, counted=True, by_class=by_class)
-    names = [*OF_ROWS, *([COORDINATES] if coordinates else [])]
+    chosen = select_words(connection, selection, order, most=limit, counted=True, by_class=by_class)
+    names = [*ARRAY_FIELDS, *([COORDINATES] if coordinates else [])]
     parts: dict[str, list[Any]] = {name: [] for name in names}
-    for block in blocks_of(moment, chosen, names, last=limit):
+    for block in blocks_of(connection, chosen, names, last=limit):
         for name, values in zip(names, block, strict=True):  # arrays at once, because lists take more memory
             parts[name].append(values if name == COORDINATES else _array(name, values))
     places = _flat(parts.pop(COORDINATES), parts["p"]) if coordinates else None
     arrays: dict[str, Any] = {
         name: np.concatenate(parts.pop(name) or [_array(name, [])]) for name in [*parts]
     }
-    fills = [fill.p for fill in read_fills(moment, selection.a) if fill.whole and selection.includes(fill.p)]
-    missing = unfilled(moment, selection) or lacking_births(moment, selection)
+    fills = [
+        fill.p for fill in read_fills(connection, selection.a) if fill.complete and selection.includes(fill.p)
+    ]
+    missing = unfilled(connection, selection) or lacking_births(connection, selection)
     total = None if limit is None or limit >= len(chosen) else len(chosen)
     return Subset(selection, **arrays, coordinates=places, unfilled=missing,
-                  filled=tuple(fills), total=total, path=path_of(moment), by_class=by_class)  # fmt: skip
+                  filled=tuple(fills), total=total, path=path_of(connection), by_class=by_class)  # fmt: skip
 
 
 def _read_coordinates(path: Path, word: str, a: float) -> Floats | None:

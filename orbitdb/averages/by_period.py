@@ -224,7 +224,7 @@ def lyapunov_of_periods(
     )
 
 
-def standing(
+def none_where_incomplete(
     p: Integers, columns: Mapping[str, NDArray[Any]], needs: Callable[[int], set[int]], filled: Iterable[int]
 ) -> dict[str, list[Any]]:
     """Return averages by period as lists, with None where the average is NaN or a period it needs is missing.

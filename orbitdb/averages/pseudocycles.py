@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitdb.arrays import Batch, Floats, Integers, Places
+from orbitdb.arrays import Batch, Floats, Indices, Integers
 from orbitdb.averages.by_period import Weight
 from orbitdb.averages.zeta import Expansion, ZetaAverages
 from orbitdb.orbits.exponents import OrbitClasses
@@ -175,7 +175,7 @@ class _Ladder:
     """The factors of one period in ascending order of cost, with their prefix sums."""
 
     period: int
-    place: Places
+    place: Indices
     cost: Floats
     sums: Floats
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.billiard.stadium import Stadium, as_stadium
-from orbitdb.errors import InputError, need_whole
+from orbitdb.errors import InputError, check_int
 from orbitdb.trajectories.ensemble import Reference, references
 from orbitdb.trajectories.legwise import simulate_legs
 
@@ -49,7 +49,7 @@ def simulate(
     >>> abs(found.lambda_d - 0.88679) < 3 * found.lambda_d_error < 0.003
     True
     """
-    stadium, wanted = as_stadium(stadium), need_whole("bounces", bounces, 0)
+    stadium, wanted = as_stadium(stadium), check_int("bounces", bounces, 0)
     if not legwise:
         for done, averages in references(stadium, wanted, seed, trajectories):
             if progress is not None:

@@ -12,7 +12,7 @@ is dropped first, then ln D, then ln K.
 Such conditions on finite sets of orbits are known as sum rules (Nielsen, Dahlqvist and Cvitanovic,
 J. Phys. A 32 (1999) 6757).
 
-If longer periods have been swept, the orbits up to `EXACT` are computed again, which takes a second. Each
+If longer periods have been swept, the orbits up to `ENUMERATED_TO` are computed again, which takes a second. Each
 longer period has stored moments (`orbitdb.averages.tilting`) around the tilts of all shorter periods. So
 the moments of a swept period depend on those of the shorter periods.
 """
@@ -27,10 +27,10 @@ import numpy as np
 
 from orbitdb.arrays import Floats, Integers, Words
 from orbitdb.averages.exact_means import ExactMeans, exact_means
-from orbitdb.averages.tilting import HELD, Tilted, TiltedOrbits, TiltedSums, TiltMoments, exact_tilt, tilt
+from orbitdb.averages.tilting import HELD, Tilted, TiltedOrbits, TiltedSums, TiltMoments, solve_tilt, tilt
 from orbitdb.billiard.legs import Derivatives, cut, derivatives, preceding
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.exponents import Exponents, exponents
+from orbitdb.orbits.exponents import ClassifiedBatch, exponents
 from orbitdb.orbits.newton import newton
 from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.symmetry import SIZES
@@ -38,7 +38,7 @@ from orbitdb.symbols.symmetry import SIZES
 Moments = Mapping[int, TiltMoments]
 """The moments of a period for each level (`HELD`)."""
 
-EXACT = 13
+ENUMERATED_TO = 13
 """The highest period whose orbits are computed again if longer periods have been swept."""
 
 _MOST_MISSING = 1e-4
@@ -90,7 +90,7 @@ def orbits_of_words(words: Words, size: Integers, lyapunov: Floats, a: float) ->
     return _orbits(size, lyapunov, terms, a)
 
 
-def orbits_of_exponents(size: Integers, solved: Exponents, a: float) -> TiltedOrbits:
+def orbits_of_exponents(size: Integers, solved: ClassifiedBatch, a: float) -> TiltedOrbits:
     """Return orbits that have already been solved, given the sizes of their classes."""
     return _orbits(size, solved.lyapunov, _terms(solved.slopes), a)
 
@@ -104,7 +104,7 @@ def _orbits(size: Integers, lyapunov: Floats, terms: Floats, a: float) -> Tilted
 
 def _terms(slopes: Derivatives) -> Floats:
     """Return the number of legs and the sums of ln D, ln K and c2 for N words of m runs, shape (4, N)."""
-    drift, kick = slopes.beyond, 1 / slopes.stiffness
+    drift, kick = slopes.between_centres, 1 / slopes.stiffness
     coupling = np.log1p((1 / drift + 1 / preceding(drift)) / kick)
     m = np.full(drift.shape[1], float(len(drift)))
     return np.stack([m, np.log(drift).sum(axis=0), np.log(kick).sum(axis=0), coupling.sum(axis=0)])
@@ -146,7 +146,7 @@ def beginning(a: float, last: int) -> Beginning:
     parts = (
         (p, orbits_of_exponents(SIZES[words.stabiliser[part.orbits]], part, a))
         for p in range(2, last + 1)
-        for words in least_words(Span.whole(p))
+        for words in least_words(Span.of_period(p))
         for part in exponents(words.codes, p, Stadium(a))
     )
     return Beginning.of(parts, last)
@@ -160,11 +160,11 @@ def sum_rules(a: float, parts: Iterable[tuple[int, TiltedOrbits]], highest: int)
 def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRules:
     """Return the averages over all orbits up to each period 2 .. highest, from the moments of swept periods.
 
-    The moments belong to the periods `EXACT` + 1, `EXACT` + 2, ... without gaps. The averages of periods
+    The moments belong to the periods `ENUMERATED_TO` + 1, `ENUMERATED_TO` + 2, ... without gaps. The averages of periods
     beyond the last moments are NaN. No level can be higher than the highest level of the orbits up to
-    `EXACT`.
+    `ENUMERATED_TO`.
     """
-    last = min(highest, EXACT)
+    last = min(highest, ENUMERATED_TO)
     start = beginning(a, last)
     columns = np.full((3, highest - 1), np.nan)
     columns[:, : last - 1] = start.columns
@@ -175,7 +175,7 @@ def swept_sum_rules(a: float, moments: Sequence[Moments], highest: int) -> SumRu
 
 def next_tilts(a: float, moments: Sequence[Moments]) -> dict[int, Floats]:
     """Return, for each level, the tilt of all orbits up to the highest period that has moments."""
-    return _tilts(beginning(a, EXACT), moments)[1]
+    return _tilts(beginning(a, ENUMERATED_TO), moments)[1]
 
 
 def _highest_two(
@@ -198,7 +198,7 @@ def _highest_two(
 
 
 def _tilts(start: Beginning, moments: Sequence[Moments]) -> tuple[Floats, dict[int, Floats]]:
-    """Return the columns of `Beginning.columns` for periods beyond `EXACT`, and the tilts at the last one."""
+    """Return the columns of `Beginning.columns` for periods beyond `ENUMERATED_TO`, and the tilts at the last one."""
     tilts, columns = dict(start.tilts), np.full((3, len(moments)), np.nan)
     for place in range(len(moments)):
         values = {}
@@ -233,7 +233,7 @@ def _solved(parts: Sequence[TiltedOrbits | TiltMoments], start: Floats) -> tuple
         return Tilted(log_sum, means, sums.spread / sums.total - np.outer(means, means))
 
     # sweeps store sums around this tilt, so it has to be more accurate than the result of `tilt`
-    mu = exact_tilt(at, start, _SMALL)
+    mu = solve_tilt(at, start, _SMALL)
     if mu is None or (sums := total(mu)).missing >= _MOST_MISSING * sums.total:
         return None
     return mu, sums

@@ -40,7 +40,7 @@ class Tilted(NamedTuple):
     spread: Floats  # the Hessian, which consists of the covariances of x, shape (k, k)
 
 
-def exact_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: float = _SMALL) -> Floats | None:
+def solve_tilt(at: Callable[[Floats], Tilted | None], start: Floats, small: float = _SMALL) -> Floats | None:
     """Return the mu at which all means are 0, shape (k,), or None if Newton's method with step halving fails.
 
     `at` returns the tilted sum at mu, or None if mu x < 0 for all orbits, which proves that no tilt exists.
@@ -81,7 +81,7 @@ def tilt(log_weights: Floats, x: Floats, start: Floats | None = None) -> tuple[F
         means = x @ weights
         return Tilted(log_sum, means, (x * weights) @ x.T - np.outer(means, means))
 
-    mu = exact_tilt(at, np.zeros(len(x)) if start is None else start)
+    mu = solve_tilt(at, np.zeros(len(x)) if start is None else start)
     return None if mu is None else (mu, _log_sum(log_weights, mu @ x)[1])
 
 

@@ -24,7 +24,7 @@ from orbitdb.orbits.status import Orbits, Status
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse
-from orbitdb.text import exact
+from orbitdb.text import format_float
 from orbitdb.trajectories.ensemble import random_arcs
 from orbitdb.trajectories.trajectory import Rays, bounce
 
@@ -165,7 +165,7 @@ def joint_words(orders: tuple[int, ...] = (6, 8)) -> Iterator[Outcome]:
     for p in orders:
         words, _ = representatives(p)
         for a in (0.5, 1.0, 2.5):
-            yield judge("joint", f"a = {exact(a)}, all classes of p = {p}", words, Stadium(a))
+            yield judge("joint", f"a = {format_float(a)}, all classes of p = {p}", words, Stadium(a))
 
 
 def weighted_sums(terms: int = 30_000_000) -> Iterator[Outcome]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from orbitdb.arrays import Floats, Integers, Places, Words
+from orbitdb.arrays import Floats, Indices, Integers, Words
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.newton import certificates, solve_in_doubles
@@ -79,7 +79,7 @@ def sample(p: int, stadium: Stadium, count: int | None = None) -> Sample:
     return Sample(words[rows], sizes[rows], stadium, truth)
 
 
-def _spread(n: int, count: int) -> Places:
+def _spread(n: int, count: int) -> Indices:
     """Return about `count` evenly spread indices from 0 to n - 1."""
     return np.unique(np.linspace(0, n - 1, min(count, n)).astype(np.intp))
 

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Batch, Floats, Marks, Places, Words
+from orbitdb.arrays import Batch, Floats, Indices, Marks, Words
 from orbitdb.billiard.arithmetic import ABOVE, EPSILON
 from orbitdb.billiard.stadium import HALF_PI, SIDE, STRAIGHT
 
@@ -56,16 +56,16 @@ class Chain(Batch):
     def __len__(self) -> int:
         return self.k.shape[1]
 
-    def chain(self, words: Places) -> "Chain":
+    def chain(self, words: Indices) -> "Chain":
         """Return the chains of the given words."""
         return Chain(*(part.take(words, axis=1) for part in (self.k, self.d, self.n, self.s)))
 
 
-class Bounces(NamedTuple):
+class BounceIndex(NamedTuple):
     """Where the bounces of N words are in their runs and legs, as arrays of shape (p, N)."""
 
-    run: Places  # the index of the run or leg that contains the bounce
-    place: Places  # the index of the bounce in this run or leg, from 0
+    run: Indices  # the index of the run or leg that contains the bounce
+    place: Indices  # the index of the bounce in this run or leg, from 0
     straight: Marks  # whether the bounce is on a straight wall
 
 
@@ -76,7 +76,7 @@ class Legs(Chain):
     words: Words  # the symbols, shape (p, N)
 
     @cached_property
-    def bounces(self) -> Bounces:
+    def bounces(self) -> BounceIndex:
         """The run or leg that contains each bounce, and the position of the bounce within it."""
         symbols, origin = _turned(self.words.T)
         fresh, straight = _beginnings(symbols), STRAIGHT[symbols]
@@ -84,7 +84,7 @@ class Legs(Chain):
         place = (steps - np.maximum.accumulate(np.where(fresh.ravel(), steps, 0))).reshape(fresh.shape)
         run = (fresh & ~straight).cumsum(axis=1) - 1
         back = (np.arange(symbols.shape[1]) - origin) % symbols.shape[1]
-        return Bounces(*(np.take_along_axis(x, back, axis=1).T for x in (run, place, straight)))
+        return BounceIndex(*(np.take_along_axis(x, back, axis=1).T for x in (run, place, straight)))
 
 
 def preceding(rows: NDArray[Any]) -> NDArray[Any]:
@@ -97,7 +97,7 @@ def following(rows: NDArray[Any]) -> NDArray[Any]:
     return np.concatenate([rows[1:], rows[:1]])
 
 
-def cut(words: Words) -> list[tuple[Places, Legs]]:
+def cut(words: Words) -> list[tuple[Indices, Legs]]:
     """Cut admissible words, shape (N, p), in any rotation, into runs and legs.
 
     Return a pair for each number of runs that occurs: the indices of the words with that number of runs, and
@@ -122,7 +122,7 @@ def cut(words: Words) -> list[tuple[Places, Legs]]:
     return groups
 
 
-def _turned(words: Words) -> tuple[Words, Places]:
+def _turned(words: Words) -> tuple[Words, Indices]:
     """Rotate words, shape (N, p), to begin with a run on the left; also return where that run began."""
     left = SIDE[words] < 0
     origin = (left & ~np.roll(left, 1, axis=1)).argmax(axis=1)[:, None]
@@ -199,8 +199,10 @@ class Derivatives(Batch):
     """First and second derivatives of L at given directions, all of shape (m, N)."""
 
     gradient: Floats  # dL/dalpha: how far the ends of the leg miss each other, measured across it
-    lean: Floats  # the leg's own term of the gradient; also dD/dalpha
-    beyond: Floats  # D, minus the second derivative of the leg's term: its part between the centres' feet
+    own_term: Floats  # the leg's own term of the gradient; also dD/dalpha
+    between_centres: (
+        Floats  # D, minus the second derivative of the leg's term: its part between the centres' feet
+    )
     stiffness: Floats  # sin(psi/2k) / 2k, minus the second derivative of its term in alpha_in + alpha_out
 
 

@@ -31,10 +31,10 @@ def exponent(slopes: Derivatives) -> Floats:
     gives M of the reversed orbit; it has the same trace. With t = |tr M| - 2, lambda is 2
     arsinh(sqrt(t) / 2).
     """
-    unit = np.ones(slopes.beyond.shape[1])
+    unit = np.ones(slopes.between_centres.shape[1])
     doublings = np.zeros(len(unit), dtype=np.int64)
     p = np.zeros((4, len(unit)))
-    for drift, stiffness in zip(slopes.beyond, slopes.stiffness, strict=True):
+    for drift, stiffness in zip(slopes.between_centres, slopes.stiffness, strict=True):
         kick = 1 / stiffness
         p = np.stack([
             p[0] + p[1] * kick,

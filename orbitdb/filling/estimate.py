@@ -98,13 +98,13 @@ def _stored(path: Path, method: str) -> Iterator[tuple[float, int, int, tuple[fl
     """
     if check_file(path) != SCHEMA_VERSION:
         return
-    with reading(path) as moment:
-        for a in a_values(moment):
+    with reading(path) as connection:
+        for a in a_values(connection):
             if method == SWEEP:
-                for sweep in read_sweeps(moment, a):
+                for sweep in read_sweeps(connection, a):
                     yield a, sweep.p, sweep.tally.words, (0.0, sweep.processor, 0.0, 0.0)
             else:
-                for fill in read_fills(moment, a):
+                for fill in read_fills(connection, a):
                     yield a, fill.p, fill.words, (fill.enumerating, fill.solving, fill.storing, fill.seconds)
 
 

@@ -20,7 +20,7 @@ from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.filling.estimate import check_room, need
-from orbitdb.filling.resuming import Step, Work, resume, run_steps
+from orbitdb.filling.period_jobs import PeriodJob, Step, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
 from orbitdb.orbits.births import find_changes
 from orbitdb.orbits.newton import solve_admissible
@@ -162,7 +162,7 @@ def fill_periods(
         yield from resume(work, set(periods).difference(few), workers)
 
 
-class _Fill(Work):
+class _Fill(PeriodJob):
     def __init__(self, writer: Writer, a: float, method: str) -> None:
         super().__init__(writer)
         self.a, self.method = a, method
@@ -228,7 +228,7 @@ def check_method(method: str) -> None:
         raise InputError(f"method {method!r:.40}: use {' or '.join(METHODS)}")
 
 
-def fillable(code: str) -> str:
+def check_word(code: str) -> str:
     """Read a primitive word that a catalogue can store; raise `InputError` for others."""
     word = parse_primitive(code)
     if len(word) < LEAST:
@@ -238,7 +238,7 @@ def fillable(code: str) -> str:
 
 def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
     """Store a primitive word of any period, with its class and its orbit at a (`Catalogue.fill_word`)."""
-    word = fillable(word)
+    word = check_word(word)
     check_method(method)
     parameters = {"command": "fill", "a": a, "code": word, "method": method}
     with closing(Writer(path, parameters)) as writer:
@@ -269,8 +269,8 @@ _BIRTHS_A_SECOND = 40_000
 def find_births(path: Path, periods: Sequence[int], jobs: int | None = None, tell: Tell = nobody) -> None:
     """Find and store all births and deaths of the given periods (`Catalogue.fill_births`)."""
     totals = {p: count_admissible(p) for p in periods}
-    with reading(path) as moment:
-        stored = sum(births.words for births in read_birth_fills(moment) if births.p in totals)
+    with reading(path) as connection:
+        stored = sum(births.words for births in read_birth_fills(connection) if births.p in totals)
     with at_work((sum(totals.values()) - stored) / _BIRTHS_A_SECOND, jobs) as workers:
         run_steps(fill_births(path, periods, workers), "births", totals, tell, stored)
 
@@ -282,7 +282,7 @@ def fill_births(path: Path, periods: Iterable[int], workers: Workers = HERE) -> 
         yield from resume(_Births(writer), periods, workers)
 
 
-class _Births(Work):
+class _Births(PeriodJob):
     def open(self, connection: "Connection", p: int) -> Cursor:
         return open_cursor(connection, tables.birth_fill, p=p)
 

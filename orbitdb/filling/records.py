@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from orbitdb.answers.levels import ranges_not_stored, stored_levels
 from orbitdb.averages.simulation import simulate as averages_of
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.bounds import BALLS, DOUBLES, EntropyBounds, enclose, search
-from orbitdb.entropy.verdicts import decide
+from orbitdb.entropy_bounds.bounds import BALLS, DOUBLES, EntropyBounds, enclose, search
+from orbitdb.entropy_bounds.verdicts import decide
 from orbitdb.errors import InputError
 from orbitdb.filling.workers import at_work
 from orbitdb.progress import Tell, nobody
@@ -20,11 +20,11 @@ from orbitdb.quantum.levels import LevelWindow, in_order, windows
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import reading
 from orbitdb.store.writing import Writer, add_reference, keep_bounds, keep_levels
-from orbitdb.text import exact, with_error
+from orbitdb.text import format_float, with_error
 from orbitdb.trajectories.ensemble import Reference
 
 if TYPE_CHECKING:
-    from orbitdb.entropy.proof import Proof
+    from orbitdb.entropy_bounds.proof import Proof
 
 _SECONDS_A_WINDOW = 0.6
 """Approximate time to find the levels of a window; it is longer at large k."""
@@ -74,8 +74,8 @@ def find_levels(
         list(windows(stadium, parity, low, high))  # raises for a bad range before anything is stored
     levels: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities}
     if path is not None:
-        with reading(path) as moment:
-            levels = {parity: stored_levels(moment, stadium.a, parity) for parity in parities}
+        with reading(path) as connection:
+            levels = {parity: stored_levels(connection, stadium.a, parity) for parity in parities}
     tasks = in_order(
         task
         for parity in parities
@@ -143,7 +143,7 @@ def _enclosed(
     """Yield bounds, each time with the arithmetic that computed them, or None if this process did."""
     judges: list[Proof | None] = [None] * len(values)
     if proofs is not None:
-        from orbitdb.entropy import proof  # loads flint, which double precision does not need
+        from orbitdb.entropy_bounds import proof  # loads flint, which double precision does not need
 
         judges = [proof.Proof() for _ in values]
     if len(values) == 1:
@@ -159,7 +159,7 @@ def _enclosed(
             if proofs is not None:
                 proofs += filter(None, [solved.proof])
             yield from ((level, solved.arithmetic) for level in solved.levels)
-            tell(done, len(tasks), f"a = {exact(solved.levels[-1].a)}")
+            tell(done, len(tasks), f"a = {format_float(solved.levels[-1].a)}")
 
 
 def limits_of(window: int | None, width: float | None, seconds: float | None) -> Limits:

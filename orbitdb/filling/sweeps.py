@@ -12,12 +12,12 @@ import numpy as np
 
 from orbitdb.arrays import Floats
 from orbitdb.averages.by_period import PeriodSums
-from orbitdb.averages.sum_rules import EXACT, next_tilts, orbits_of_exponents
+from orbitdb.averages.sum_rules import ENUMERATED_TO, next_tilts, orbits_of_exponents
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.estimate import SWEEP, need
-from orbitdb.filling.resuming import Step, Work, resume, run_steps
+from orbitdb.filling.period_jobs import PeriodJob, Step, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
 from orbitdb.orbits.exponents import OrbitClasses, Tally, exponents
 from orbitdb.progress import Tell, nobody
@@ -73,7 +73,7 @@ def sweep_periods(
             yield from resume(work, [p], workers if count_admissible(p) > SMALL else HERE)
 
 
-class _Sweep(Work):
+class _Sweep(PeriodJob):
     def __init__(self, writer: Writer, a: float, tilts: Tilts) -> None:
         super().__init__(writer)
         self.a, self.tilts = a, tilts
@@ -119,11 +119,11 @@ def _tilts_of(cursor: Cursor) -> dict[int, Floats]:
 
 def _tilts(path: Path, a: float, p: int) -> Tilts:
     """Return the tilts for the moments of a period; {} if some lower period has no moments."""
-    if p <= EXACT:
+    if p <= ENUMERATED_TO:
         return {}
-    with reading(path) as moment:
-        moments = moments_of(read_sweeps(moment, a))
-    return next_tilts(a, moments) if len(moments) == p - EXACT - 1 else {}
+    with reading(path) as connection:
+        moments = moments_of(read_sweeps(connection, a))
+    return next_tilts(a, moments) if len(moments) == p - ENUMERATED_TO - 1 else {}
 
 
 @dataclass(frozen=True, eq=False)

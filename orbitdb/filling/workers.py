@@ -18,7 +18,7 @@ from subprocess import PIPE, Popen
 from threading import Thread
 from typing import IO, Any, NoReturn, Self, TypeAlias, TypeVar
 
-from orbitdb.errors import InputError, WorkError, need_whole
+from orbitdb.errors import InputError, WorkError, check_int
 
 Answer = TypeVar("Answer")
 
@@ -234,7 +234,7 @@ def number_of(jobs: int | None, workers: Workers | None = None) -> int:
         return workers.jobs
     if jobs is None:
         return cores()
-    return need_whole("jobs", jobs)
+    return check_int("jobs", jobs)
 
 
 @contextmanager

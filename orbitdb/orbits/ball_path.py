@@ -79,7 +79,7 @@ class BallPath:
             self.stiffness.append(sin / (2 * k))
             pull.append(-cos if d > 0 else cos)
         pull.append(pull[0])
-        self.beyond, self.gradient = [], []
+        self.between_centres, self.gradient = [], []
         for i, x in enumerate(alpha):
             across, along = x.sin_cos()
             beyond, lean = base * along, -base * across
@@ -87,7 +87,7 @@ class BallPath:
                 lift = 2 * self.n[i] * self.s[i]
                 beyond += lift * across
                 lean += lift * along
-            self.beyond.append(beyond)
+            self.between_centres.append(beyond)
             self.gradient.append(lean + pull[i] + (pull[i + 1] if self.parity[i] > 0 else -pull[i + 1]))
 
     def climb(self) -> int:
@@ -131,7 +131,7 @@ class BallPath:
         m, w, pressed = self.m, self.stiffness, self.pressed()
         held = [pressed[i] or pressed[i - 1] for i in range(m)]
         rows = [
-            [(self.beyond[i] + w[i] + w[(i + 1) % m]).mid() for i in range(m)],
+            [(self.between_centres[i] + w[i] + w[(i + 1) % m]).mid() for i in range(m)],
             [arb(0) if held[i] else (w[i] * self.parity[i - 1]).mid() for i in range(m)],
             [arb(0) if p else x.mid() for x, p in zip(self.gradient, pressed, strict=True)],
         ]
@@ -141,12 +141,12 @@ class BallPath:
     def widen(self) -> None:
         """Widen the directions to balls that are proved to contain the maximum."""
         total = arb(0)
-        for g, beyond, pressed in zip(self.gradient, self.beyond, self.pressed(), strict=True):
+        for g, beyond, pressed in zip(self.gradient, self.between_centres, self.pressed(), strict=True):
             total += arb(0) if pressed else g.abs_upper() ** 2 / beyond
         size = 2 * total.sqrt()
         self.go_to([
             x + arb(0, (size / beyond.sqrt()).abs_upper())
-            for x, beyond in zip(self.alpha, self.beyond, strict=True)
+            for x, beyond in zip(self.alpha, self.between_centres, strict=True)
         ])  # fmt: skip
 
     def ends(self) -> tuple[Balls, Balls]:
@@ -231,14 +231,14 @@ class BallPath:
     def length(self) -> arb:
         """Return the length L at the directions."""
         total = arb(0)
-        for k, beyond, stiffness in zip(self.k, self.beyond, self.stiffness, strict=True):
+        for k, beyond, stiffness in zip(self.k, self.between_centres, self.stiffness, strict=True):
             total += beyond + 4 * k**2 * stiffness
         return total
 
     def exponent(self) -> arb:
         """Return lambda, from the product of drifts and kicks."""
         p = [arb(1), arb(0), arb(0), arb(1)]
-        for drift, stiffness in zip(self.beyond, self.stiffness, strict=True):
+        for drift, stiffness in zip(self.between_centres, self.stiffness, strict=True):
             p[0], p[2] = p[0] + p[1] / stiffness, p[2] + p[3] / stiffness
             p[1], p[3] = p[0] * drift + p[1], p[2] * drift + p[3]
         half_trace = (p[0] + p[3]) / 2

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Batch, Floats, Integers, Marks, Places, Words
+from orbitdb.arrays import Batch, Floats, Indices, Integers, Marks, Words
 from orbitdb.billiard.legs import Chain, centre_directions, cut, derivatives, direction_limits, slack_errors
 from orbitdb.billiard.stadium import MAX_A, MIN_A, Stadium
 from orbitdb.errors import WorkError
@@ -41,11 +41,11 @@ _SIGNS = {Status.ORBIT: 1, Status.DYNAMICAL: -1}
 class Bracketed(Batch):
     """K proved changes of words, stored as arrays of shape (K,)."""
 
-    word: Places  # the index of the word that changes
+    word: Indices  # the index of the word that changes
     a: Floats  # the value of a at which it changes
     error: Floats  # proved bound on the error of a
     born: Marks  # True if it begins to be an orbit as a increases, False if it ceases
-    slack: Places  # the smooth slack that changes sign (`orbitdb.orbits.continuation.Zeros`)
+    slack: Indices  # the smooth slack that changes sign (`orbitdb.orbits.continuation.Zeros`)
     slope: Floats  # derivative of this slack with respect to ln a (radians)
 
 

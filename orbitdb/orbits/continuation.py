@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from orbitdb.arrays import Batch, Floats, Marks, Places
+from orbitdb.arrays import Batch, Floats, Indices, Marks
 from orbitdb.billiard.legs import (
     Chain,
     derivatives,
@@ -143,8 +143,8 @@ _CLOSE = 1e-9
 class Zeros(Batch):
     """K zeros of individual slacks, or the cells that contain them, stored as arrays of shape (K,)."""
 
-    word: Places  # the index of the word
-    slack: Places  # the smooth slack, as a row index of `Station.slack`
+    word: Indices  # the index of the word
+    slack: Indices  # the smooth slack, as a row index of `Station.slack`
     far: Floats  # one end of the cell in x = ln a
     x: Floats  # the other end, or the zero
     alpha: Floats  # directions at x (radians), shape (m, K)
@@ -167,7 +167,7 @@ def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
     return Zeros.joined(cells)
 
 
-def _search(legs: Chain, word: Places, start: Station, end: Station, halved: int) -> Iterator[Zeros]:
+def _search(legs: Chain, word: Indices, start: Station, end: Station, halved: int) -> Iterator[Zeros]:
     """Search the same cell for all given words; yield the slacks that cross zero in it."""
     turning = start.slope * end.slope < 0
     below, above = (start.slack < 0) & (end.slack < 0), (start.slack > 0) & (end.slack > 0)
@@ -234,7 +234,7 @@ def refine(legs: Chain, cells: Zeros) -> Zeros:
     return replace(cells, x=x, alpha=alpha).rows(kept)
 
 
-def _solved(legs: Chain, slack: Places, x: Floats, start: Floats) -> tuple[Floats, Floats]:
+def _solved(legs: Chain, slack: Indices, x: Floats, start: Floats) -> tuple[Floats, Floats]:
     """Return the chosen slack of each word at its own x, and the directions there, found from nearby ones."""
     a = np.exp(x)
     alpha = newton(legs, a, _INNER, np.clip(start, *direction_limits(legs, a))).alpha

@@ -48,9 +48,9 @@ def direction_errors(
     pressed = pressed_directions(alpha, slopes, direction_limits(legs, a) if limits is None else limits)
     rounding = gradient_rounding(legs, a, alpha)
     steep = steepness(slopes, pressed, rounding)
-    first = _concave_bound(steep, slopes.beyond / 2)
-    loss = (np.abs(slopes.lean) + rounding) * first / (2 * slopes.beyond) + first**2 / 2
-    return _concave_bound(steep, slopes.beyond * (1 - np.minimum(loss, 0.5)))
+    first = _concave_bound(steep, slopes.between_centres / 2)
+    loss = (np.abs(slopes.lean) + rounding) * first / (2 * slopes.between_centres) + first**2 / 2
+    return _concave_bound(steep, slopes.between_centres * (1 - np.minimum(loss, 0.5)))
 
 
 def steepness(slopes: Derivatives, pressed: Marks, rounding: Floats) -> Floats:
@@ -106,7 +106,7 @@ def lambda_error(legs: Chain, slopes: Derivatives, alpha_error: Floats, value: F
     logarithm of either changes by at most q / (1 - q), or without bound if q >= 1. Rounding adds 6 eps for
     each run and leg, and 3 eps for lambda itself.
     """
-    drift = (np.abs(slopes.lean) / slopes.beyond + alpha_error / 2) * alpha_error
+    drift = (np.abs(slopes.lean) / slopes.between_centres + alpha_error / 2) * alpha_error
     bend = alpha_error + preceding(alpha_error) + 4 * np.pi * EPSILON
     kick = bend / (4 * legs.k**2 * slopes.stiffness)
     relative = add_up(_of_logarithm(drift) + _of_logarithm(kick)) + 12 * len(legs.k) * EPSILON

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Batch, Floats, Integers, Marks, Places
+from orbitdb.arrays import Batch, Floats, Indices, Integers, Marks
 from orbitdb.billiard.legs import Chain, Derivatives, centre_directions, cut, direction_limits, length
 from orbitdb.billiard.stability import exponent
 from orbitdb.billiard.stadium import Stadium
@@ -31,18 +31,18 @@ _BATCH = 1 << 13
 
 
 @dataclass(frozen=True, eq=False)
-class Exponents:
+class ClassifiedBatch:
     """Statuses of words with the same number of runs, with the lengths and exponents of the orbits."""
 
-    orbits: Places  # indices of the orbits among the given words
-    boundary: Places  # indices of the words through a joint
-    unresolved: Places  # indices of the undecided words; all other words are dynamical
+    orbits: Indices  # indices of the orbits among the given words
+    boundary: Indices  # indices of the words through a joint
+    unresolved: Indices  # indices of the undecided words; all other words are dynamical
     length: Floats  # of the orbits, shape (N,)
     lyapunov: Floats
     legs: Chain  # the runs and legs of the orbits
     slopes: Derivatives  # the derivatives of the lengths of the orbits
 
-    def of_orbits(self, chosen: Places) -> "Exponents":
+    def of_orbits(self, chosen: Indices) -> "ClassifiedBatch":
         """Return the same statuses and numbers with only the chosen orbits."""
         return replace(
             self,
@@ -54,7 +54,7 @@ class Exponents:
         )
 
 
-def exponents(codes: Integers, p: int, stadium: Stadium) -> Iterator[Exponents]:
+def exponents(codes: Integers, p: int, stadium: Stadium) -> Iterator[ClassifiedBatch]:
     """Find the orbits among packed admissible words, shape (N,), of period p <= 20, and their exponents.
 
     Yields the results for a few thousand words at a time.
@@ -73,8 +73,8 @@ def exponents(codes: Integers, p: int, stadium: Stadium) -> Iterator[Exponents]:
 
 
 def _decided(
-    codes: Integers, p: int, rows: Places, legs: Chain, stadium: Stadium, start: Floats
-) -> Exponents:
+    codes: Integers, p: int, rows: Indices, legs: Chain, stadium: Stadium, start: Floats
+) -> ClassifiedBatch:
     """Solve words from directions close to their maxima, and prove their statuses."""
     a = stadium.a
     alpha = newton(legs, a, start=start).alpha
@@ -86,7 +86,7 @@ def _decided(
         enclosed = solve_in_balls(unpack(codes[left], p), stadium)
         status[left], lengths[left], exponents_[left] = enclosed.status, enclosed.length, enclosed.lyapunov
     orbits = np.flatnonzero(status == Status.ORBIT)
-    return Exponents(
+    return ClassifiedBatch(
         rows[orbits],
         rows[status == Status.BOUNDARY],
         rows[status == Status.UNRESOLVED],
@@ -108,7 +108,7 @@ class Tally:
     unresolved: int = 0  # undecided words; all other words are dynamical
 
     @classmethod
-    def of(cls, sizes: Integers, parts: Iterable[Exponents]) -> "Tally":
+    def of(cls, sizes: Integers, parts: Iterable[ClassifiedBatch]) -> "Tally":
         """Count the words of classes of the given sizes, from the results for one word of each class."""
         counts = np.zeros(4, np.int64)
         for part in parts:

@@ -35,7 +35,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Marks, Places, Words
+from orbitdb.arrays import Floats, Indices, Marks, Words
 from orbitdb.billiard.legs import (
     Chain,
     centre_directions,
@@ -99,10 +99,10 @@ def firmness(reach: Reach, v: Floats) -> Floats:
     """Return lower bounds on the q_i (see the docstring of this module), slightly reduced for rounding."""
     behind, ahead = v - preceding(v), v - following(v)
     stiff, soft = reach.stiff, reach.soft
-    held = reach.beyond * v
+    held = reach.between_centres * v
     held = held + np.where(behind > 0, soft, stiff) * behind
     held = held + np.where(ahead > 0, following(soft), following(stiff)) * ahead
-    return held - ROUNDING * (reach.beyond + stiff + following(stiff)) * v
+    return held - ROUNDING * (reach.between_centres + stiff + following(stiff)) * v
 
 
 def displaced(reach: Reach, drift: Floats, off: Floats) -> Floats:
@@ -197,7 +197,7 @@ def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -
     forcing += kicks + following(kicks)
     # room in every row for changes within a cell
     rhs = np.stack([
-        forces + _SHARE * forces.max(axis=0) + _LEAST * slopes.beyond for forces in (np.abs(pull), forcing)
+        forces + _SHARE * forces.max(axis=0) + _LEAST * slopes.between_centres for forces in (np.abs(pull), forcing)
     ])  # fmt: skip
     v, u = solve_cyclic(diagonal, -np.abs(beside), rhs)
     residual = diagonal * drift + beside * preceding(drift) + following(beside) * following(drift) + pull
@@ -323,7 +323,7 @@ def prove_all(words: Words, changes: Sequence[Sequence[KnownChange]]) -> NDArray
     return proved
 
 
-def stretches(legs: Chain, low: float, high: float) -> tuple[Places, NDArray[np.int8], Floats, Floats]:
+def stretches(legs: Chain, low: float, high: float) -> tuple[Indices, NDArray[np.int8], Floats, Floats]:
     """Cut [low, high] in ln a, for each word, into cells in which something is proved about it, if possible.
 
     Returns

@@ -171,7 +171,7 @@ def minus_hessian(legs: Chain, slopes: Derivatives, pressed: Marks) -> tuple[Flo
     """Return the diagonal of -H and the entries beside it; entry i couples directions i - 1 and i."""
     w = slopes.stiffness
     beside = w * preceding(legs.parity)
-    diagonal = slopes.beyond + w + following(w)
+    diagonal = slopes.between_centres + w + following(w)
     if pressed.any():
         beside = np.where(pressed | preceding(pressed), 0.0, beside)
     return diagonal, beside

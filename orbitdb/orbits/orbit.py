@@ -27,7 +27,7 @@ from orbitdb.symbols.symmetry import (
     act_on_words,
 )
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
-from orbitdb.text import exact, shortened
+from orbitdb.text import format_float, shortened
 
 _SHOWN = 40
 
@@ -312,15 +312,15 @@ class Orbit(Drawn):
     def __repr__(self) -> str:
         code = self.code if self.p <= _SHOWN else f"{self.code[:_SHOWN]}... of {self.p} bounces"
         if self.length is None or self.lyapunov is None:
-            return f"<Orbit {code} at a = {exact(self.a)}: {self.status.sentence}>"
-        return f"<Orbit {code} at a = {exact(self.a)}: length {self.length:.7f}, lambda {self.lyapunov:.7f}>"
+            return f"<Orbit {code} at a = {format_float(self.a)}: {self.status.sentence}>"
+        return f"<Orbit {code} at a = {format_float(self.a)}: length {self.length:.7f}, lambda {self.lyapunov:.7f}>"
 
     def _repr_svg_(self) -> str | None:
         """Return the orbit as SVG for notebooks; None if there is no orbit or it is very long."""
         svg = import_module("orbitdb.plots.svg")
         if self.points is None or self.p > svg.MOST_BOUNCES:
             return None
-        title = f"The orbit {self.code} at a = {exact(self.a)}"
+        title = f"The orbit {self.code} at a = {format_float(self.a)}"
         return svg.orbit_svg(Stadium(self.a), self.points, self.code, title)
 
     _FIGURES = ("orbit",)
@@ -328,7 +328,7 @@ class Orbit(Drawn):
     def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
         if self.points is None:
             raise InputError(
-                f"{self.code:.40} at a = {exact(self.a)} cannot be drawn: {self.status.sentence}"
+                f"{self.code:.40} at a = {format_float(self.a)} cannot be drawn: {self.status.sentence}"
             )
         return (Stadium(self.a), self.points, self.code), shortened(self.code)
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitdb.arrays import Floats, Marks, Places, Words
+from orbitdb.arrays import Floats, Indices, Marks, Words
 from orbitdb.billiard.stadium import SIDE, STRAIGHT, Stadium, written
 from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.status import EXISTING
@@ -78,7 +78,7 @@ def _rank(shadow: Shadow) -> tuple[float, float, int, str]:
 
 def _candidates(
     stadium: Stadium, symbols: Words, points: Floats, near: float, whole: bool
-) -> Iterator[tuple[Words, Places]]:
+) -> Iterator[tuple[Words, Indices]]:
     """Yield words of each period, shape (N, p), and the index of the first bounce of each, shape (N,)."""
     for p in range(2, min(LONGEST, len(symbols)) + 1):
         back = np.hypot(*(points[p:] - points[:-p]).T) <= near
@@ -97,7 +97,7 @@ def _candidates(
             yield root, start
 
 
-def _closed(stadium: Stadium, symbols: Words, points: Floats, starts: Places, p: int) -> Words:
+def _closed(stadium: Stadium, symbols: Words, points: Floats, starts: Indices, p: int) -> Words:
     """Return pieces of a trajectory, closed to cyclic words, shape (N, p).
 
     Symbols can change if a piece is cut out of the middle of a run, because a single bounce has no sense.
@@ -109,7 +109,7 @@ def _closed(stadium: Stadium, symbols: Words, points: Floats, starts: Places, p:
 
 
 def _stretches(
-    stadium: Stadium, words: Words, starts: Places, points: Floats, tolerance: float
+    stadium: Stadium, words: Words, starts: Indices, points: Floats, tolerance: float
 ) -> Iterator[Shadow]:
     """Yield, for each word that is an orbit, the longest stretch of the trajectory that stays near it."""
     p = words.shape[1]

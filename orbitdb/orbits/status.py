@@ -10,7 +10,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Batch, Floats, Integers, Marks, Masks, Places, Words
+from orbitdb.arrays import Batch, Floats, Indices, Integers, Marks, Masks, Words
 from orbitdb.billiard.arithmetic import ABOVE, check_functions
 from orbitdb.billiard.legs import (
     Chain,
@@ -173,7 +173,7 @@ class Orbits:
             **{name: np.full(n, np.nan) for name in NUMBERS},
         )
 
-    def rows(self, chosen: Places | Marks) -> "Orbits":
+    def rows(self, chosen: Indices | Marks) -> "Orbits":
         """Return the orbits of the chosen words."""
         return Orbits(**{column.name: getattr(self, column.name)[chosen] for column in fields(self)})
 
@@ -183,7 +183,7 @@ class Orbits:
         area, error = (np.where(exact, 0.0 * np.abs(of), of) for of in (self.area, self.area_error))
         return replace(self, area=area, area_error=error)
 
-    def place(self, rows: Places, part: "Orbits") -> None:
+    def place(self, rows: Indices, part: "Orbits") -> None:
         """Write the results of a part of the batch into the given rows, in place."""
         for name in ("status", "coordinates", "iterations", *NUMBERS):
             getattr(self, name)[rows] = getattr(part, name)

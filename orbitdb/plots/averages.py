@@ -16,7 +16,7 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.plots.style import BLUE, INK, INKS, ORANGE, PURPLE, Picture, figure
 from orbitdb.store.selection import Selection, joined_spans
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
@@ -119,7 +119,7 @@ def compare_exponents(ax: Axes, results: Sequence[Result], name: str) -> None:
     for result, colour in zip(results, cycle(INKS.values()), strict=False):
         p, shown = by_period(result)
         for best in [average for average in AVERAGES if np.isfinite(shown[average.of(name)]).any()][-1:]:
-            label = f"$a = {exact(result.selection.a)}$: {best.brief}"
+            label = f"$a = {format_float(result.selection.a)}$: {best.brief}"
             _draw_average(ax, p, shown, best, name, colour, label)
     _show_later(ax)
     _over_periods(ax, _EXPONENTS[name])

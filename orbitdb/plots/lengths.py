@@ -17,7 +17,7 @@ from orbitdb.orbits.status import Status
 from orbitdb.plots.noted import gaps, nothing
 from orbitdb.plots.style import BLUE, GREY, INKS, ORANGE, Colours, Picture, figure
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
@@ -40,7 +40,7 @@ def lengths(catalogue: "Catalogue", *chosen: Selection) -> Picture:
     with figure(6.4, 4.2 if several else 6.0, title, notes) as made:
         above, *below = made.subplots(1 if several else 2, 1, sharex=True, squeeze=False)[:, 0]
         for subset, classes, colour in zip(chosen, read, cycle(INKS.values()), strict=False):
-            label = f"$a = {exact(subset.a)}$" if several else None
+            label = f"$a = {format_float(subset.a)}$" if several else None
             draw_lengths(above, classes.length, classes.words, colour, label)
         for subset, colour in zip(chosen, cycle(INKS.values()), strict=False):
             complete = complete_length(catalogue.fills(a=subset.a), subset)

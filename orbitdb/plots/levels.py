@@ -14,7 +14,7 @@ from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, SMALL, Picture, 
 from orbitdb.quantum.trace_formula import family_count
 from orbitdb.quantum.weyl import Parity, begins_at_zero, check_levels, weyl
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
@@ -32,7 +32,7 @@ def spectrum(
     """Draw the length spectrum of the orbits downwards and that of the levels, if there are any, upwards."""
     found = catalogue.spectrum(_LENGTHS, points=1000, levels=levels, parity=parity, a=chosen.a)
     notes = [*found.notes(), *found.judged]
-    title = f"length spectrum at a = {exact(chosen.a)}, {_of(parity)}, k below {found.k_max:.4g}"
+    title = f"length spectrum at a = {format_float(chosen.a)}, {_of(parity)}, k below {found.k_max:.4g}"
     with figure(7.2, 4.8, title, notes) as made:
         draw_spectrum(made.add_subplot(), found)
     return made
@@ -52,7 +52,7 @@ def staircase(
     orbits = orbits_for(stadium, asked(catalogue, read_orbits, chosen)[0], parity, np.array([end]))
     below = orbits.k <= end
     at, smooth, count = orbits.k[below], orbits.smooth[below], orbits.count[0][below]
-    title = f"{len(k)} levels at a = {exact(chosen.a)}, {_of(parity)}, k below {end:.4g}"
+    title = f"{len(k)} levels at a = {format_float(chosen.a)}, {_of(parity)}, k below {end:.4g}"
     with figure(7.2, 4.2, title) as made:
         ax = made.add_subplot()
         ax.plot(at, np.searchsorted(k, at) - smooth, color=BLUE, linewidth=0.8, label="levels")

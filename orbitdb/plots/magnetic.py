@@ -18,7 +18,7 @@ from orbitdb.orbits.solve import solve_word
 from orbitdb.plots.paths import draw_stadium
 from orbitdb.plots.style import BLUE, GREY, INKS, PURPLE, Picture, figure, short
 from orbitdb.symbols.words import least_rotation
-from orbitdb.text import exact, shortened
+from orbitdb.text import format_float, shortened
 
 _PLACES = 40
 """Number of points on an arc."""
@@ -80,7 +80,7 @@ def orbit_in_field(word: str, a: float, kappa: Sequence[float]) -> Picture:
     if len(kappa) != 1:
         raise InputError(f"{len(kappa)} values of kappa: plot orbit draws one")
     status, paths = follow_word(word, a, kappa[0])
-    title = f"{shortened(word)} at a = {exact(a)}, kappa = {exact(kappa[0])}"
+    title = f"{shortened(word)} at a = {format_float(a)}, kappa = {format_float(kappa[0])}"
     if status not in IN_FIELD:
         raise InputError(f"{title} cannot be drawn: {status.sentence}")
     with figure(6.4, max(2.4, 5.6 * 2.7 / (2 * a + 2.7) + 1.1), title) as made:
@@ -98,6 +98,6 @@ def actions_in_field(word: str, a: float, kappa: Sequence[float] = ()) -> Pictur
         raise InputError(
             f"{shortened(word)}: give a range of kappa in which it is an orbit, such as 0:0.3:31"
         )
-    with figure(6.4, 4.2, f"{shortened(word)} in a magnetic field at a = {exact(a)}") as made:
+    with figure(6.4, 4.2, f"{shortened(word)} in a magnetic field at a = {format_float(a)}") as made:
         draw_actions(made.add_subplot(), orbits)
     return made

@@ -14,7 +14,7 @@ from orbitdb.plots.noted import gaps, nothing
 from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.plots.style import BLUE, ORANGE, Picture, figure, short, wrapped
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
@@ -54,10 +54,12 @@ def _draw_path(made: Picture, ax: Axes, orbit: Orbit, which: str) -> None:
     """Draw an orbit with its a, length and lambda above it, and label the figure."""
     assert orbit.points is not None
     paths.draw_orbit(ax, Stadium(orbit.a), orbit.points, orbit.code)
-    numbers = f"$a = {exact(orbit.a)}$,  $L = {orbit.length:.4f}\\,R$,  $\\lambda = {orbit.lyapunov:.4f}$"
+    numbers = (
+        f"$a = {format_float(orbit.a)}$,  $L = {orbit.length:.4f}\\,R$,  $\\lambda = {orbit.lyapunov:.4f}$"
+    )
     parted = ",  " if len(orbit.code) < _SHORT * made.get_figwidth() else "\n"  # in a narrow figure
     ax.set_title(f"{which}{short(orbit.code)}{parted}{numbers}")
-    made.set_label(f"orbit {short(orbit.code)} at a = {exact(orbit.a)}")
+    made.set_label(f"orbit {short(orbit.code)} at a = {format_float(orbit.a)}")
 
 
 def _height(a: float) -> float:
@@ -84,7 +86,7 @@ def sheet(catalogue: "Catalogue", chosen: Selection, limit: int = 120, order: st
 def sheet_of(orbits: Sequence[Orbit], title: str | None = None) -> Picture:
     """Draw each orbit in a stadium of its own; all have coordinates at the same a."""
     a = orbits[0].a
-    named = f"{several(len(orbits), 'orbit')} at a = {exact(a)}" if title is None else title
+    named = f"{several(len(orbits), 'orbit')} at a = {format_float(a)}" if title is None else title
     with figure(*paths.size_of(len(orbits), a), named) as made:
         above = _TITLE * (1 + made.get_suptitle().count("\n")) / made.get_figheight()
         made.set_layout_engine("none")  # the drawings need all the room, and its size

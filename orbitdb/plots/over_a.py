@@ -13,7 +13,7 @@ from orbitdb.answers.entropy import enclosure
 from orbitdb.arrays import Floats
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.windows import geometric_entropy
+from orbitdb.entropy_bounds.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.solve import solve_word
@@ -24,11 +24,11 @@ from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SMALL, Picture, figure, short
 from orbitdb.store.lookup import with_existence
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact, outward
+from orbitdb.text import format_float, outward
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
-    from orbitdb.entropy.bounds import EntropyBounds
+    from orbitdb.entropy_bounds.bounds import EntropyBounds
     from orbitdb.store.lives import Life
 
 _TICKS = ((1,), (1, 3), (1, 2, 5), tuple(range(1, 10)))
@@ -116,7 +116,7 @@ def births(catalogue: "Catalogue", chosen: Selection) -> Picture:
 
 def _changes(catalogue: "Catalogue", chosen: Selection) -> Changes:
     """Return the births and deaths of all complete periods up to the highest chosen one."""
-    whole = [fill.p for fill in catalogue.birth_fills() if fill.whole]
+    whole = [fill.p for fill in catalogue.birth_fills() if fill.complete]
     highest = max((p for p in whole if chosen.includes(p)), default=0)
     return {p: changes_of(catalogue.births(p)) for p in whole if p <= highest}
 
@@ -201,7 +201,7 @@ def draw_bounds(ax: Axes, bounds: Sequence["EntropyBounds"]) -> None:
         return
     for number, proved in enumerate(bounds):
         low, high = outward(proved.lower, ROUND_FLOOR, _PLACES), outward(proved.upper, ROUND_CEILING, _PLACES)
-        label = f"proved at $a = {exact(proved.a)}$: ${low} < h < {high}$"
+        label = f"proved at $a = {format_float(proved.a)}$: ${low} < h < {high}$"
         marked = look | {"fmt": "osD"[number]}
         ax.errorbar(a[number], middle[number], half[number], label=label, zorder=3, **marked)
 

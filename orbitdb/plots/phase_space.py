@@ -16,7 +16,7 @@ from orbitdb.plots.noted import gaps, nothing
 from orbitdb.plots.orbits import with_paths
 from orbitdb.plots.style import BLUE, GREY, Colours, Picture, figure, short
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
@@ -46,7 +46,7 @@ def phase_space(catalogue: "Catalogue", chosen: Selection) -> Picture:
 
 def phase_space_of(orbit: Orbit) -> Picture:
     """Draw the bounces of an orbit, which must have coordinates, in phase space."""
-    with figure(6.4, 4.0, f"phase space at a = {exact(orbit.a)}") as made:
+    with figure(6.4, 4.0, f"phase space at a = {format_float(orbit.a)}") as made:
         ax = made.add_subplot()
         assert orbit.arclength is not None and orbit.sine is not None  # noqa: PT018
         ax.plot(orbit.arclength, orbit.sine, "o", color=BLUE, label=short(orbit.code))

@@ -19,7 +19,7 @@ from orbitdb.quantum.level_statistics import (
 )
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
@@ -37,7 +37,7 @@ def spacings(catalogue: "Catalogue", chosen: Selection, parts: Parts) -> Picture
     """Draw the distribution of level spacings, in units of their mean, with those of Wigner and Poisson."""
     count = sum(len(k) - 1 for k in parts.values())
     with figure(
-        6.4, 4.2, f"{several(count, 'spacing')} at a = {exact(chosen.a)}: {', '.join(parts)}"
+        6.4, 4.2, f"{several(count, 'spacing')} at a = {format_float(chosen.a)}: {', '.join(parts)}"
     ) as made:
         draw_spacings(made.add_subplot(), chosen.a, parts)
     return made
@@ -83,7 +83,7 @@ def rigidity(catalogue: "Catalogue", chosen: Selection, parts: Parts) -> Picture
 
     The curves of the GOE and of uncorrelated (Poisson) levels are drawn for comparison.
     """
-    title = f"spectral rigidity at a = {exact(chosen.a)}: {', '.join(parts)}"
+    title = f"spectral rigidity at a = {format_float(chosen.a)}: {', '.join(parts)}"
     notes = [f"bouncing balls up to length {FAMILY_TO:g} are subtracted for the dashed lines"]
     with figure(6.4, 6.4, title, notes) as made:
         axes = made.subplots(2, 1, sharex=True)

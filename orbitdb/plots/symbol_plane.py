@@ -22,7 +22,7 @@ from orbitdb.store.selection import Selection
 from orbitdb.symbols.plane import PIECE
 from orbitdb.symbols.plane import symbol_plane as points_of
 from orbitdb.symbols.words import from_strings
-from orbitdb.text import exact
+from orbitdb.text import format_float
 from orbitdb.trajectories.pruning_front import Front, PruningFront
 
 if TYPE_CHECKING:
@@ -113,11 +113,11 @@ def _fronts(chosen: Sequence[Selection]) -> Picture:
     """Draw the fronts of several stadiums in both planes."""
     if any(replace(each, statuses=()) != Selection(each.a) for each in chosen):
         raise InputError("several a show the fronts alone: leave out the options that choose words")
-    title = f"pruning fronts at a = {', '.join(exact(each.a) for each in chosen)}"
+    title = f"pruning fronts at a = {', '.join(format_float(each.a) for each in chosen)}"
     with figure(*_SIZE, title) as made:
         first, second = _two_planes(made)
         for each, colour in zip(chosen, cycle(INKS.values()), strict=False):
-            front, label = PruningFront(each.a), f"$a = {exact(each.a)}$"
+            front, label = PruningFront(each.a), f"$a = {format_float(each.a)}$"
             _draw_front(first, front.walls, colour, label)
             _draw_front(second, front.semicircles, colour, label)
         for ax, curved in ((first, False), (second, True)):

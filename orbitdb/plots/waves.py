@@ -11,7 +11,7 @@ from matplotlib.path import Path
 from orbitdb.plots.paths import mark_stadium
 from orbitdb.plots.phase_space import draw_walls
 from orbitdb.plots.style import INK, ORANGE, Colours, Picture, figure, short
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
@@ -29,7 +29,7 @@ def husimi(wave: "Wave", orbit: "Orbit | None" = None) -> Picture:
 
 
 def _of_wave(draw: Callable[..., Colours], height: float, wave: "Wave", orbit: "Orbit | None") -> Picture:
-    title = f"Level k = {wave.k:.7g} ({wave.parity}) at a = {exact(wave.stadium.a)}"
+    title = f"Level k = {wave.k:.7g} ({wave.parity}) at a = {format_float(wave.stadium.a)}"
     if orbit is not None:
         title += f", with the orbit {short(orbit.code)} (strength {wave.strength(orbit):.3f})"
     with figure(7.2, height, title) as made:

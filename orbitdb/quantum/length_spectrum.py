@@ -18,7 +18,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.quantum.trace_formula import Terms, family
 from orbitdb.quantum.weyl import Parity, weyl
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 if TYPE_CHECKING:
     import pandas
@@ -104,7 +104,7 @@ class Spectrum(Drawn):
         levels = "orbits" if self.quantum is None else "levels and orbits"
         low, high = self.length[[0, -1]]
         lengths, k_max = f"x = {low:g} to {high:g}", f"k below {self.k_max:.4g}"
-        return f"<length spectrum{of} at a = {exact(self.a)}: {levels}, {lengths}, {k_max}>"
+        return f"<length spectrum{of} at a = {format_float(self.a)}: {levels}, {lengths}, {k_max}>"
 
     @property
     def misfit(self) -> float | None:
@@ -124,7 +124,7 @@ class Spectrum(Drawn):
             of = "" if self.parity is None else f" --parity {self.parity}"
             return [
                 *said,
-                f"no levels to compare with: run 'orbitdb levels --k 0:30 --a {exact(self.a)}{of}'",
+                f"no levels to compare with: run 'orbitdb levels --k 0:30 --a {format_float(self.a)}{of}'",
             ]
         return [*said, f"k_max = {self.k_max:.6g}; |quantum - orbits| / |quantum| = {self.misfit:.3f}"]
 

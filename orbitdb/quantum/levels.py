@@ -22,7 +22,7 @@ from orbitdb.extras import Drawn, Table, data_frame
 from orbitdb.quantum.condensation import Interiors, eigenfunctions, one_thread
 from orbitdb.quantum.elements import grid, quarter_stadium
 from orbitdb.quantum.weyl import Parity, parities_of, wavenumber, weyl
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     import pandas
@@ -148,7 +148,7 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
     """
     if not LEAST_A <= stadium.a <= LARGEST_A:
         raise InputError(
-            f"levels cannot be computed at a = {exact(stadium.a)}: "
+            f"levels cannot be computed at a = {format_float(stadium.a)}: "
             f"give a half length from {LEAST_A:g} to {LARGEST_A:g}"
         )
     if not 0 <= low < high < math.inf:
@@ -156,7 +156,9 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
     whole, smooth = weyl(stadium, None), weyl(stadium, parity)
     if whole(high) > MOST_LEVELS:
         most = math.floor(wavenumber(whole, MOST_LEVELS))
-        raise InputError(f"too many levels up to k = {high:g} at a = {exact(stadium.a)}: give k up to {most}")
+        raise InputError(
+            f"too many levels up to k = {high:g} at a = {format_float(stadium.a)}: give k up to {most}"
+        )
     while low < high:
         end = wavenumber(smooth, max(smooth(low), 0.0) + _IN_WINDOW)
         if smooth(high) - smooth(end) < _IN_WINDOW / 4:
@@ -231,7 +233,7 @@ class Levels(Table, Drawn):
     def __str__(self) -> str:
         of = "" if len(self.parities) == len(Parity) else f" {', '.join(self.parities)}"
         levels = several(len(self), "level")
-        return f"<{levels}{of} from k = {self.low:g} to {self.high:g} at a = {exact(self.a)}>"
+        return f"<{levels}{of} from k = {self.low:g} to {self.high:g} at a = {format_float(self.a)}>"
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a data frame with the columns ``k``, ``error`` and ``parity``."""

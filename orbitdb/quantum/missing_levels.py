@@ -29,7 +29,7 @@ from orbitdb.extras import Drawn, data_frame
 from orbitdb.quantum.level_numbers import Filling, filled_sigma, numbered, smoothed
 from orbitdb.quantum.levels_from_orbits import Staircase
 from orbitdb.quantum.weyl import Parity, weyl
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     import pandas
@@ -195,7 +195,7 @@ class Assessment(Drawn):
 
     def verdict(self) -> str:
         """Return a sentence that says whether the list fits, how many levels are missing or spurious."""
-        of = f"a = {exact(self.a)}, {'all parities' if self.parity is None else self.parity}"
+        of = f"a = {format_float(self.a)}, {'all parities' if self.parity is None else self.parity}"
         scatter = f"scatter {self.scatter:.2f}"
         if not self.fits:
             return f"the list does not fit {of}: {scatter} mean spacings; lists that fit have less than 0.2"

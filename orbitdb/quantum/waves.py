@@ -34,7 +34,7 @@ from orbitdb.quantum.condensation import eigenfunctions, one_thread
 from orbitdb.quantum.elements import nodes
 from orbitdb.quantum.levels import LevelTask, windows
 from orbitdb.quantum.weyl import Parity, one_parity, weyl
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,7 +74,7 @@ class Wave:
     _cells: "Cells" = field(repr=False)
 
     def __repr__(self) -> str:
-        return f"<wave {self.parity} at k = {self.k:.6g}, a = {exact(self.stadium.a)}>"
+        return f"<wave {self.parity} at k = {self.k:.6g}, a = {format_float(self.stadium.a)}>"
 
     def psi(self, x: ArrayLike, y: ArrayLike) -> Floats:
         """Return psi at the given points, in units of 1/radius; NaN outside the stadium.
@@ -160,7 +160,7 @@ class Wave:
         orbit : Orbit, optional
             Orbit to draw on top: its path, or its bounces.
         """
-        title = f"k = {self.k:.6g}, {self.parity}, a = {exact(self.stadium.a)}"
+        title = f"k = {self.k:.6g}, {self.parity}, a = {format_float(self.stadium.a)}"
         return drawn(figure_name(kind, ("wave", "husimi")), (self, orbit), title, ax)
 
 
@@ -258,7 +258,7 @@ def _quadrature(
         if orbit.status is Status.FAMILY:
             parts.append(_across(stadium, k))
         elif orbit.points is None or orbit.a != stadium.a:
-            raise InputError(f"{orbit.code} is not an orbit at a = {exact(stadium.a)}: use another")
+            raise InputError(f"{orbit.code} is not an orbit at a = {format_float(stadium.a)}: use another")
         else:
             parts.append(_along(orbit.points, k))
     starts = np.cumsum([0, *(len(weights) for _, weights in parts[:-1])])
@@ -295,7 +295,7 @@ class Cells:
     def _tree(self) -> cKDTree:
         return cKDTree(self.points.reshape(-1, 2))
 
-    def at(self, points: Floats) -> "Places":
+    def at(self, points: Floats) -> "CellPoints":
         """Find the cell that contains each point, shape (N, 2), and the point's coordinates in the cell."""
         n = self.points.shape[1]
         x, _, slope = nodes(n - 1)
@@ -314,12 +314,12 @@ class Cells:
             better = beyond < closest[open_]
             rows = open_[better]
             cell[rows], inside[rows], closest[rows] = which[better], place[better], beyond[better]
-        return Places(cell, inside, self.points)
+        return CellPoints(cell, inside, self.points)
 
     def _newton(self, points: Floats, which: NDArray[np.intp], place: Floats, slope: Floats) -> Floats:
         place, moving = place.copy(), np.arange(len(points))
         for _ in range(_NEWTON):
-            at = Places(which[moving], place[moving], self.points)
+            at = CellPoints(which[moving], place[moving], self.points)
             off = points[moving] - at.interpolated(self.points[at.cell])
             step = np.linalg.solve(at.jacobian(), off[..., None])[..., 0]
             place[moving] = np.clip(at.inside + step, -1.5, 1.5)
@@ -330,7 +330,7 @@ class Cells:
 
 
 @dataclass(frozen=True, eq=False)
-class Places:
+class CellPoints:
     """N points, each given by its cell and by its coordinates in that cell, which run from -1 to 1."""
 
     cell: NDArray[np.intp]

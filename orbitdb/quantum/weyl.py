@@ -21,7 +21,7 @@ from numpy.polynomial import Polynomial
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, as_floats
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -127,7 +127,7 @@ def check_levels(
         between = f"from k = {low:g} to {k[-1]:g}" if window else f"up to k = {k[-1]:g}"
         raise InputError(
             f"{len(k)} levels {between}, but Weyl's law expects {expected:.0f}{of} at a = "
-            f"{exact(stadium.a)}: {_remedy(k, window, stadium, parity)}"
+            f"{format_float(stadium.a)}: {_remedy(k, window, stadium, parity)}"
         )
     return k
 

@@ -63,7 +63,7 @@ class Fill(Record):
     unresolved: int | None
 
     @property
-    def whole(self) -> bool:
+    def complete(self) -> bool:
         """Whether all words of the period are stored; if not, a fill is running or was interrupted."""
         return self.state == DONE
 
@@ -156,7 +156,7 @@ class Sweep(Record):
     moments: "Mapping[int, TiltMoments]" = field(repr=False)
 
     @property
-    def whole(self) -> bool:
+    def complete(self) -> bool:
         """Whether the sweep is complete; if not, it is running or was interrupted."""
         return self.state == DONE
 
@@ -182,12 +182,12 @@ def read_sweeps(connection: Connection, a: float) -> list[Sweep]:
 
 
 def moments_of(sweeps: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
-    """Return the moments of the swept periods above `EXACT`, up to the first period that has none."""
-    from orbitdb.averages.sum_rules import EXACT
+    """Return the moments of the swept periods above `ENUMERATED_TO`, up to the first period that has none."""
+    from orbitdb.averages.sum_rules import ENUMERATED_TO
 
     by_period = {stored.p: stored.moments for stored in sweeps}
     moments: list[Mapping[int, TiltMoments]] = []
-    while stored := by_period.get(EXACT + 1 + len(moments)):
+    while stored := by_period.get(ENUMERATED_TO + 1 + len(moments)):
         moments.append(stored)
     return moments
 

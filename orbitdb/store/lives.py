@@ -54,7 +54,7 @@ class BirthFill(Record):
     largest: float | None
 
     @property
-    def whole(self) -> bool:
+    def complete(self) -> bool:
         """Whether the births and deaths of all classes of the period are stored."""
         return self.state == DONE
 

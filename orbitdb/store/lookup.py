@@ -17,7 +17,7 @@ from orbitdb.store.file import reading
 from orbitdb.store.views import classes, life
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import MAX_KEYED, key, keys_of_period
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 Lives = tuple[tuple[float, float | None], ...]
 
@@ -162,12 +162,12 @@ def a_values(connection: Connection, tables: Sequence[str] = ()) -> list[float]:
     return list(connection.scalars(query))
 
 
-def a_meant(connection: Connection) -> float:
-    """Return the default a of a catalogue (`meant`)."""
-    return meant(a_values(connection, WITH_ORBITS))
+def default_a(connection: Connection) -> float:
+    """Return the default a of a catalogue (`default_among`)."""
+    return default_among(a_values(connection, WITH_ORBITS))
 
 
-def meant(values: Sequence[float]) -> float:
+def default_among(values: Sequence[float]) -> float:
     """Return the default a: the only stored value if there is just one, otherwise 1.6.
 
     Raises `InputError` if there are several values but 1.6 is not one of them.
@@ -175,6 +175,6 @@ def meant(values: Sequence[float]) -> float:
     if len(values) == 1:
         return values[0]
     if values and USUAL_A not in values:
-        stored = ", ".join(map(exact, values))
+        stored = ", ".join(map(format_float, values))
         raise InputError(f"orbits are stored at a = {stored}: name one with --a, or with a= in Python")
     return USUAL_A

@@ -27,7 +27,7 @@ from orbitdb.store import views
 from orbitdb.store.connection import driver_of, never
 from orbitdb.store.fills import in_spans
 from orbitdb.store.lives import NEAR
-from orbitdb.store.rows import OF_ONE_WORD, Chosen, as_array, sorted_words, stabilisers_of
+from orbitdb.store.rows import ROTATION_COLUMNS, SelectedWords, as_array, sorted_words, stabilisers_of
 from orbitdb.store.selection import Selection, SelectionError, unknown_column
 from orbitdb.store.where import Patience, expression, of_classes, watched
 from orbitdb.symbols.pruning import rules_of
@@ -45,7 +45,7 @@ _LARGEST = 2**63 - 1
 """SQLite's largest integer."""
 
 
-def choose(
+def select_words(
     connection: sa.Connection,
     selection: Selection,
     order: str = "p",
@@ -54,7 +54,7 @@ def choose(
     counted: bool = False,
     by_class: bool = False,
     more: "Conditions | None" = None,
-) -> Chosen:
+) -> SelectedWords:
     """Find a chosen subset in the catalogue.
 
     Parameters
@@ -78,7 +78,7 @@ def choose(
     if by_class:
         renamed = {"representative" if name == "code" else name: falls for name, falls in keys.items()}
         keys = {name: falls for name, falls in renamed.items() if name != "element"}
-    by_words = not by_class and any(name in keys for name in OF_ONE_WORD)
+    by_words = not by_class and any(name in keys for name in ROTATION_COLUMNS)
     of_words = more is not None or not is_of_classes(selection)
     names = [*columns, *(["symmetry", *(name for name in keys if name not in columns)] if by_words else [])]
     query = _classes(connection, selection, of_words, {} if by_words else keys, names, more)
@@ -97,7 +97,7 @@ def choose(
     if by_class:
         masks = np.ones_like(masks)
     read = dict(zip(names, others, strict=True))
-    chosen = Chosen(selection, ids, masks, None, {name: read[name] for name in columns})
+    chosen = SelectedWords(selection, ids, masks, None, {name: read[name] for name in columns})
     return replace(chosen, rows=sorted_words(connection, chosen, keys, read)) if by_words else chosen
 
 
@@ -219,7 +219,7 @@ def _as_column(name: str, values: Sequence[Any]) -> NDArray[Any]:
 # where a word is among the rows
 
 
-def position_of(connection: sa.Connection, chosen: Chosen, word: str) -> int | None:
+def position_of(connection: sa.Connection, chosen: SelectedWords, word: str) -> int | None:
     """Return the row number of a code in the subset, or None if it is not there."""
     if rules_of(word):
         stored = select(t.pruned.c.id).where(t.pruned.c.p == len(word), t.pruned.c.word == word)
@@ -230,18 +230,18 @@ def position_of(connection: sa.Connection, chosen: Chosen, word: str) -> int | N
     return chosen.position(t.class_id(connection, representative), place)
 
 
-def first_of_period(connection: sa.Connection, chosen: Chosen, p: int) -> int | None:
+def first_of_period(connection: sa.Connection, chosen: SelectedWords, p: int) -> int | None:
     """Return the number of the first row of a period, or None."""
     return _first(connection, chosen, lambda view: [view.c.p == p])
 
 
-def first_that_begins(connection: sa.Connection, chosen: Chosen, symbols: str) -> int | None:
+def first_that_begins(connection: sa.Connection, chosen: SelectedWords, symbols: str) -> int | None:
     """Return the number of the first row whose code begins with the given symbols, or None."""
     return _first(connection, chosen, lambda view: [view.c.code.startswith(symbols)])
 
 
-def _first(connection: sa.Connection, chosen: Chosen, more: Conditions) -> int | None:
-    part = choose(connection, chosen.selection, more=more)
+def _first(connection: sa.Connection, chosen: SelectedWords, more: Conditions) -> int | None:
+    part = select_words(connection, chosen.selection, more=more)
     masks, by_id = np.zeros_like(chosen.masks), np.argsort(chosen.ids)
     masks[by_id[np.searchsorted(chosen.ids, part.ids, sorter=by_id)]] = part.masks
     return chosen.first(masks)

@@ -9,7 +9,7 @@ from sqlalchemy import Connection, and_, func, select, true
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.bounds import BALLS, DOUBLES, EntropyBounds
+from orbitdb.entropy_bounds.bounds import BALLS, DOUBLES, EntropyBounds
 from orbitdb.errors import InputError
 from orbitdb.store import tables as t
 

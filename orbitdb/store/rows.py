@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import ColumnElement, Connection, FromClause, func, null, select
 
-from orbitdb.arrays import Floats, Integers, Masks, Places, Values
+from orbitdb.arrays import Floats, Indices, Integers, Masks, Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import kind_of
 from orbitdb.errors import AlteredError, DeletedError
@@ -43,7 +43,7 @@ _NTH = np.argsort(1 - BITS_OF, axis=1, kind="stable").astype(np.uint8)
 """Positions of the set bits for each value of a byte, beginning with the lowest."""
 
 
-class ChosenWords(NamedTuple):
+class WordIndices(NamedTuple):
     """Words, each given by the id of its class and its position in the class, from 0.
 
     Geometrically pruned words have negative ids and position 0.
@@ -54,7 +54,7 @@ class ChosenWords(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Chosen:
+class SelectedWords:
     """A chosen subset of the words stored at one value of a.
 
     Attributes
@@ -90,15 +90,15 @@ class Chosen:
         """Number of chosen words up to and including each class, shape (C,)."""
         return np.cumsum(self.counts, dtype=np.int64)
 
-    def words(self, first: int = 0, last: int | None = None) -> ChosenWords:
+    def words(self, first: int = 0, last: int | None = None) -> WordIndices:
         """Return the words in rows first .. last - 1."""
         numbers = self._numbers(first, last)
         classes = np.searchsorted(self.ends, numbers, side="right")
         masks = self.masks[classes]
         before = numbers - (self.ends[classes] - COUNTS[masks])
-        return ChosenWords(self.ids[classes], _NTH[masks, before])
+        return WordIndices(self.ids[classes], _NTH[masks, before])
 
-    def classes(self, first: int = 0, last: int | None = None) -> Places:
+    def classes(self, first: int = 0, last: int | None = None) -> Indices:
         """Return the index in `ids` of the class of each of the rows first .. last - 1."""
         return np.searchsorted(self.ends, self._numbers(first, last), side="right")
 
@@ -145,7 +145,7 @@ def orders_of(ids: Integers) -> Integers:
 # orders of words
 
 
-OF_ONE_WORD = ("code", "element", "area")
+ROTATION_COLUMNS = ("code", "element", "area")
 """Columns whose values differ between the words of a class, and by which words can be sorted."""
 
 
@@ -155,7 +155,10 @@ def stabilisers_of(symmetries: Values) -> Masks:
 
 
 def sorted_words(
-    connection: Connection, chosen: Chosen, keys: Mapping[str, bool], values: Mapping[str, NDArray[Any]]
+    connection: Connection,
+    chosen: SelectedWords,
+    keys: Mapping[str, bool],
+    values: Mapping[str, NDArray[Any]],
 ) -> NDArray[np.uint32]:
     """Return the numbers of the words of a subset in another order; ties stay in the order of classes.
 
@@ -195,7 +198,9 @@ def _ranks_of(values: Sequence[Any]) -> Floats:
     return np.array([ranks.get(value, np.nan) for value in values], np.float64)
 
 
-def _codes(connection: Connection, chosen: Chosen, stabilisers: Masks, owners: Places) -> list[Integers]:
+def _codes(
+    connection: Connection, chosen: SelectedWords, stabilisers: Masks, owners: Indices
+) -> list[Integers]:
     """Return two integers for each row that sort like the codes: the first `MAX_KEYED` symbols, the rest."""
     begin, rest = np.zeros((2, len(chosen)), np.int64)
     periods = orders_of(chosen.ids)
@@ -207,7 +212,7 @@ def _codes(connection: Connection, chosen: Chosen, stabilisers: Masks, owners: P
             codes = [*packed_members(packed_least, p, chosen.masks[group], stabilisers[group])]
             begin[rows] = _aligned(np.concatenate(codes), p)
         else:
-            part = Chosen(chosen.selection, chosen.ids[group], chosen.masks[group])
+            part = SelectedWords(chosen.selection, chosen.ids[group], chosen.masks[group])
             texts = [code for (block,) in blocks_of(connection, part, ("code",)) for code in block]
             begin[rows] = _aligned(pack(from_strings([text[:MAX_KEYED] for text in texts])), MAX_KEYED)
             rest[rows] = _ranks_of([text[MAX_KEYED:] for text in texts])
@@ -237,7 +242,11 @@ class _MissingError(LookupError):
 
 
 def blocks_of(
-    connection: Connection, chosen: Chosen, names: Sequence[str], first: int = 0, last: int | None = None
+    connection: Connection,
+    chosen: SelectedWords,
+    names: Sequence[str],
+    first: int = 0,
+    last: int | None = None,
 ) -> Iterator[list[Values]]:
     """Yield the named columns for rows first .. last - 1 of a subset, in blocks of rows.
 
@@ -273,7 +282,7 @@ def blocks_of(
 
 def rows_of(
     connection: Connection,
-    chosen: Chosen,
+    chosen: SelectedWords,
     names: Sequence[str],
     first: int = 0,
     last: int | None = None,
@@ -339,7 +348,7 @@ def _area_slopes(a: float, shared: dict[str, Any]) -> list[float | None]:
 class _Block:
     """The words of one block, given by the places of their classes and in these, and columns of classes."""
 
-    def __init__(self, shared: dict[str, Any], owners: Places, places: NDArray[np.uint8]) -> None:
+    def __init__(self, shared: dict[str, Any], owners: Indices, places: NDArray[np.uint8]) -> None:
         self.shared, self.owners, self.rows = shared, owners, owners.tolist()
         self.places = places
         spans = [(shared["words"][row], shared["p"][row]) for row in self.rows]

@@ -17,7 +17,7 @@ from orbitdb.orbits.status import STORED, Status
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.symbols.words import parse
-from orbitdb.text import exact, guess, printable, real, several, shortened, whole
+from orbitdb.text import format_float, guess, parse_int, printable, real, several, shortened
 
 MEASURES = (
     "length", "quarter_length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies", "walls",
@@ -80,6 +80,45 @@ class Selection:
     where: str | None = None
     parameters: Mapping[str, str | int | float] = field(default_factory=dict, hash=False)
 
+    @classmethod
+    def from_criteria(cls, **criteria: "Unpack[Criteria]") -> "Selection":
+        """Return the selection for the criteria of `Catalogue.select`; a is 1.6 by default.
+
+        Raises
+        ------
+        SelectionError
+            If a criterion is invalid.
+        """
+        if unknown := sorted(set(criteria) - set(Criteria.__annotations__)):
+            meant, names = guess(unknown[0], Criteria.__annotations__), ", ".join(Criteria.__annotations__)
+            raise SelectionError(f"{', '.join(unknown)}: not a criterion; {meant}criteria are {names}")
+        given: dict[str, Any] = {name: value for name, value in criteria.items() if value is not None}
+        where, reversal = given.get("where"), given.get("time_reversal")
+        if not isinstance(where, str | None):
+            raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
+        if not isinstance(given.get("parameters", {}), Mapping):
+            raise SelectionError("parameters: give a dict of values for the names in where")
+        if given.get("parameters") and where is None:
+            names = ", ".join(given["parameters"])
+            raise SelectionError(f"{names}: parameters are for names in where, which is not given")
+        if reversal not in (None, *REVERSALS):
+            raise SelectionError(f"reversal {reversal!r}: use self or pair")
+        ranges = {name: _pair(name, given[name]) for name in MEASURES if name in given}
+        return cls(
+            a=Stadium(given.get("a", USUAL_A)).a,
+            periods=parse_periods(_listed(given["p"])) if "p" in given else (),
+            statuses=parse_statuses(_listed(given["status"])) if "status" in given else (),
+            time_reversal=reversal,
+            symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
+            contains=parse(given["contains"]) if "contains" in given else None,
+            without=_patterns(given.get("without", ())),
+            exists=_half_lengths(given.get("exists", ())),
+            not_at=_half_lengths(given.get("not_at", ())),
+            ranges={name: bounds for name, bounds in ranges.items() if bounds != (None, None)},
+            where=where,
+            parameters=given.get("parameters", {}),
+        )
+
     def includes(self, p: int) -> bool:
         """Tell whether the subset can contain words of a given period."""
         return not self.periods or any(low <= p <= high for low, high in self.periods)
@@ -109,7 +148,7 @@ class Selection:
             parts.append(f"without {' or '.join(shortened(pattern, 60) for pattern in self.without)}")
         if self.exists or self.not_at:
             lists = (("", self.exists), ("not " if self.exists else "", self.not_at))
-            spans = [f"{no}at a = {', '.join(map(exact, values))}" for no, values in lists if values]
+            spans = [f"{no}at a = {', '.join(map(format_float, values))}" for no, values in lists if values]
             alive, dead = ("exists", "does not exist") if count == 1 else ("exist", "do not exist")
             parts.append(f"that {alive if self.exists else dead} {' and '.join(spans)}")
         bounded = {name: bounds for name, bounds in self.ranges.items() if any(b is not None for b in bounds)}
@@ -139,23 +178,27 @@ _REVERSAL_OF_ONE = REVERSALS | {"self": "that retraces its path"}
 
 
 def _listed_values(values: Sequence[float]) -> str:
-    shown = ", ".join(map(exact, values[:_MOST_VALUES]))
+    shown = ", ".join(map(format_float, values[:_MOST_VALUES]))
     return shown + (f" and {len(values) - _MOST_VALUES} more" if len(values) > _MOST_VALUES else "")
 
 
 def _span(name: str, low: float | None, high: float | None) -> str:
     if low is None:
-        return f"{name} <= {'' if high is None else exact(high)}"
+        return f"{name} <= {'' if high is None else format_float(high)}"
     if low == high:
-        return f"{name} = {exact(low)}"
-    return f"{name} >= {exact(low)}" if high is None else f"{exact(low)} <= {name} <= {exact(high)}"
+        return f"{name} = {format_float(low)}"
+    return (
+        f"{name} >= {format_float(low)}"
+        if high is None
+        else f"{format_float(low)} <= {name} <= {format_float(high)}"
+    )
 
 
 LEAST_PERIOD = 2
 """The smallest number of bounces that an orbit can have."""
 
 
-def fillable(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
+def check_periods(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
     """Return the periods in the given ranges, ascending; raise `InputError` if one cannot be filled."""
     periods: set[int] = set()
     for low, high in spans:
@@ -215,7 +258,7 @@ def unknown_column(name: str, columns: Sequence[str]) -> SelectionError:
 
 
 class Criteria(TypedDict, total=False):
-    """Keyword arguments of `chosen_by`."""
+    """Keyword arguments of `Selection.from_criteria`."""
 
     a: float | Iterable[float] | None
     p: int | str | Iterable[int] | None
@@ -253,51 +296,12 @@ def with_criteria(method: _Method) -> _Method:
     return method
 
 
-def chosen_by(**criteria: Unpack[Criteria]) -> Selection:
-    """Return the selection for the criteria of `Catalogue.select`; a is 1.6 by default.
-
-    Raises
-    ------
-    SelectionError
-        If a criterion is invalid.
-    """
-    if unknown := sorted(set(criteria) - set(Criteria.__annotations__)):
-        meant, names = guess(unknown[0], Criteria.__annotations__), ", ".join(Criteria.__annotations__)
-        raise SelectionError(f"{', '.join(unknown)}: not a criterion; {meant}criteria are {names}")
-    given: dict[str, Any] = {name: value for name, value in criteria.items() if value is not None}
-    where, reversal = given.get("where"), given.get("time_reversal")
-    if not isinstance(where, str | None):
-        raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
-    if not isinstance(given.get("parameters", {}), Mapping):
-        raise SelectionError("parameters: give a dict of values for the names in where")
-    if given.get("parameters") and where is None:
-        names = ", ".join(given["parameters"])
-        raise SelectionError(f"{names}: parameters are for names in where, which is not given")
-    if reversal not in (None, *REVERSALS):
-        raise SelectionError(f"reversal {reversal!r}: use self or pair")
-    ranges = {name: _pair(name, given[name]) for name in MEASURES if name in given}
-    return Selection(
-        a=Stadium(given.get("a", USUAL_A)).a,
-        periods=parse_periods(_listed(given["p"])) if "p" in given else (),
-        statuses=parse_statuses(_listed(given["status"])) if "status" in given else (),
-        time_reversal=reversal,
-        symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
-        contains=parse(given["contains"]) if "contains" in given else None,
-        without=_patterns(given.get("without", ())),
-        exists=_half_lengths(given.get("exists", ())),
-        not_at=_half_lengths(given.get("not_at", ())),
-        ranges={name: bounds for name, bounds in ranges.items() if bounds != (None, None)},
-        where=where,
-        parameters=given.get("parameters", {}),
-    )
-
-
 def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
     """Return the periods to fill, ascending, given as one, as a text such as ``2,3,5-7``, or as several.
 
     Raises `InputError` if no period is given, or one of them cannot be filled.
     """
-    return fillable(parse_periods(_listed(periods)))
+    return check_periods(parse_periods(_listed(periods)))
 
 
 def _listed(value: object) -> str:
@@ -348,7 +352,7 @@ def periods_up_to(text: str, first: int = LEAST_PERIOD) -> tuple[tuple[int, int]
     if "-" in text[1:] or "," in text:
         return parse_periods(text)
     try:
-        return ((first, whole(text)),)
+        return ((first, parse_int(text)),)
     except ValueError:
         raise SelectionError(f"periods {text!r:.40}: write them as 11, 2-8 or 2,3,5-7") from None
 

@@ -50,7 +50,7 @@ from orbitdb.symbols.symmetry import joined_members
 from orbitdb.symbols.words import from_strings, keys_of_period
 
 if TYPE_CHECKING:
-    from orbitdb.entropy.bounds import EntropyBounds
+    from orbitdb.entropy_bounds.bounds import EntropyBounds
     from orbitdb.quantum.levels import LevelWindow
     from orbitdb.trajectories.ensemble import Reference
 
@@ -208,7 +208,7 @@ def add_reference(writer: Writer, reference: "Reference") -> None:
 def keep_bounds(writer: Writer, bounds: "EntropyBounds", proof: str, computed: str | None = None) -> bool:
     """Store the bounds from windows of a given length; return whether they were new.
 
-    `proof` is `orbitdb.entropy.bounds.DOUBLES` or `BALLS`; `computed` is as in `Writer.run_id`.
+    `proof` is `orbitdb.entropy_bounds.bounds.DOUBLES` or `BALLS`; `computed` is as in `Writer.run_id`.
     """
     values = {name: getattr(bounds, name) for name in ("lower", "upper", "windows", "undecided")}
     key = {"a": bounds.a, "proof": proof, "edges": bounds.window}

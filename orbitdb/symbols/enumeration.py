@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Integers, Marks, Masks, Places, Words
+from orbitdb.arrays import Indices, Integers, Marks, Masks, Words
 from orbitdb.symbols.pruning import automaton
 from orbitdb.symbols.symmetry import SIZES, mirrored, packed_images
 from orbitdb.symbols.words import BITS, least_rotations, unpack
@@ -36,7 +36,7 @@ class Span(NamedTuple):
     upto: int  # the last packed word of the span
 
     @classmethod
-    def whole(cls, p: int, after: int = -1) -> "Span":
+    def of_period(cls, p: int, after: int = -1) -> "Span":
         """Return the span of all words of period p, or of all that come after a given one."""
         return cls(p, after, (1 << BITS * p) - 1)
 
@@ -46,7 +46,7 @@ def primitive_words(p: int) -> Iterator[Words]:
 
     Yields arrays of shape (n, p). To limit the memory, n is at most a few times `CHUNK`.
     """
-    for codes, lyndon, _ in prefixes(Span.whole(p), p):
+    for codes, lyndon, _ in prefixes(Span.of_period(p), p):
         whole = lyndon == p
         if whole.any():
             yield unpack(codes[whole], p)
@@ -140,7 +140,7 @@ def all_least_words(span: Span) -> LeastWords:
 
 def representatives(p: int) -> tuple[Words, Integers]:
     """Return the admissible representatives of period p, shape (N, p), and the sizes of their classes."""
-    classes = all_least_words(Span.whole(p))
+    classes = all_least_words(Span.of_period(p))
     return unpack(classes.codes, p), SIZES[classes.stabiliser]
 
 
@@ -150,7 +150,7 @@ def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
     The spans are adjacent and in order, and end at places that do not depend on `after`. The last one ends
     with the last word; it may be shorter, and is empty if no words are left.
     """
-    start, last = -1, Span.whole(p).upto
+    start, last = -1, Span.of_period(p).upto
     for end in _ends(p, size):
         if end > after:
             yield Span(p, max(start, after), end)
@@ -162,7 +162,7 @@ def _ends(p: int, size: int) -> Iterator[int]:
     """Yield the packed words after which a period is cut, in order; the last word is not among them."""
     length, start, held = p - _LAST_SYMBOLS, -1, 0
     below, classes = list(_CLASSES), list(_CLASSES.values())
-    for codes, *_ in _prefixes(Span.whole(p), length) if length > 0 else ():
+    for codes, *_ in _prefixes(Span.of_period(p), length) if length > 0 else ():
         kinds = np.searchsorted(below, codes * 8.0 ** (4 - length), side="right")
         befores = (codes << BITS * _LAST_SYMBOLS) - 1
         for before, kind in zip(befores.tolist(), kinds.tolist(), strict=True):
@@ -178,7 +178,7 @@ def _prefixes(span: Span, length: int) -> Iterator[tuple[Integers, Integers, NDA
     return prefixes(below, length, automaton()[1], lambda codes: codes <= mirrored(codes))
 
 
-def _closes(codes: Integers, states: NDArray[np.int8], p: int) -> Places:
+def _closes(codes: Integers, states: NDArray[np.int8], p: int) -> Indices:
     """Return the indices of the packed words that obey the rules as cyclic words too, given their states."""
     kept, table = automaton()
     rooted = np.array([state.left is not None for state in kept])  # never for 02, which rule 3 forbids

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Floats, Marks, Masks, Places, Words
+from orbitdb.arrays import Floats, Indices, Marks, Masks, Words
 from orbitdb.billiard.stadium import SIDE
 from orbitdb.symbols.words import SYMBOLS, WordError, from_strings, to_strings
 
@@ -57,7 +57,7 @@ def rules_broken(words: Words) -> Masks:
     return np.packbits(broken, axis=0, bitorder="little")[0]
 
 
-def _walls_since(sides: Floats) -> tuple[Places, Marks]:
+def _walls_since(sides: Floats) -> tuple[Indices, Marks]:
     """For each bounce, count the walls since the last semicircle; tell whether it is on that one again."""
     p = sides.shape[1]
     twice = np.concatenate([sides, sides], axis=1)

@@ -18,7 +18,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import HALF_PI, Stadium
-from orbitdb.errors import InputError, need_whole
+from orbitdb.errors import InputError, check_int
 from orbitdb.extras import Record
 from orbitdb.trajectories.trajectory import reflect_off_circle
 
@@ -205,7 +205,7 @@ def references(
     next, so the caller may stop at any time.
     """
     wanted = math.ceil(bounces * 2 * math.pi / stadium.perimeter)
-    seed = need_whole("seed", seed, 0)
+    seed = check_int("seed", seed, 0)
     if bounces < 1 or (trajectories is not None and trajectories < 2):
         given = f"{bounces} bounces, {LEAST if trajectories is None else trajectories} trajectories"
         raise InputError(f"{given}: give at least one bounce and two trajectories")

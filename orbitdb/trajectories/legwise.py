@@ -17,7 +17,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, need_whole
+from orbitdb.errors import InputError, check_int
 from orbitdb.trajectories.ensemble import LEAST, Measured, Reference
 
 _TINY = 1e-150
@@ -134,7 +134,7 @@ def simulate_legs(
     Below about a = 0.1, the angle t changes little over many legs, and the remainder is no longer small. The
     errors are still correct, but `orbitdb.trajectories.ensemble` gives smaller errors.
     """
-    need_whole("seed", seed, 0)
+    check_int("seed", seed, 0)
     if bounces < 1:
         raise InputError(f"{bounces} bounces: give 1 or more")
     legs = bounces / (stadium.a + math.pi / 2)

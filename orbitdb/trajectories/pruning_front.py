@@ -27,7 +27,7 @@ from orbitdb.arrays import Floats, Integers, Marks, Words
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.extras import Drawn
 from orbitdb.symbols.plane import ANTICLOCKWISE, CLOCKWISE, PIECE, ordinate, symbol_plane
-from orbitdb.text import exact
+from orbitdb.text import format_float
 from orbitdb.trajectories.trajectory import Rays, bounce
 
 ANGLES = 1 << 12
@@ -101,7 +101,7 @@ class Front(Drawn):
         return below
 
     def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
-        return (self,), f"pruning front at a = {exact(self.stadium.a)}"
+        return (self,), f"pruning front at a = {format_float(self.stadium.a)}"
 
 
 class PruningFront:
@@ -135,7 +135,7 @@ class PruningFront:
         self.walls, self.semicircles = (Front.of(self.stadium, curved) for curved in (False, True))
 
     def __repr__(self) -> str:
-        return f"<pruning front at a = {exact(self.stadium.a)}>"
+        return f"<pruning front at a = {format_float(self.stadium.a)}>"
 
     def allows(self, words: Words) -> Marks:
         """Tell which admissible words, shape (N, p), have all points inside the fronts, shape (N,).

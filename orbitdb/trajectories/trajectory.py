@@ -11,9 +11,9 @@ import numpy as np
 from orbitdb.arrays import Floats, Marks, Words
 from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium, written
-from orbitdb.errors import InputError, as_floats, need_whole
+from orbitdb.errors import InputError, as_floats, check_int
 from orbitdb.extras import Drawn, Table, data_frame
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     import pandas
@@ -151,7 +151,7 @@ class Bounces(Table, Drawn):
         return len(self.x)
 
     def __str__(self) -> str:
-        return f"<{several(len(self), 'bounce')} at a = {exact(self.stadium.a)}>"
+        return f"<{several(len(self), 'bounce')} at a = {format_float(self.stadium.a)}>"
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a data frame with one row per bounce (extra ``pandas``)."""
@@ -164,7 +164,7 @@ class Bounces(Table, Drawn):
     _FIGURES = ("path",)
 
     def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
-        title = f"{several(len(self), 'bounce')} at a = {exact(self.stadium.a)}"
+        title = f"{several(len(self), 'bounce')} at a = {format_float(self.stadium.a)}"
         return (self.stadium, np.stack([self.x, self.y], axis=1)), title
 
 
@@ -240,7 +240,7 @@ def random_start(stadium: Stadium, seed: int | np.random.Generator) -> tuple[flo
         If the seed is neither a whole number from 0 on nor a generator.
     """
     if not isinstance(seed, np.random.Generator):
-        need_whole("seed", seed, 0)
+        check_int("seed", seed, 0)
     rng = np.random.default_rng(seed)
     while True:
         x, y = rng.uniform(-1 - stadium.a, 1 + stadium.a), rng.uniform(-1, 1)
@@ -311,7 +311,7 @@ def _both_ways(stadium: Stadium, start: Sequence[float]) -> Rays:
     off = math.hypot(x - centre, y)
     if off > 1 + _ROUNDED:
         raise InputError(
-            f"the start ({x:g}, {y:g}) lies {off - 1:.2g} outside the stadium at a = {exact(stadium.a)}: "
+            f"the start ({x:g}, {y:g}) lies {off - 1:.2g} outside the stadium at a = {format_float(stadium.a)}: "
             "measure x and y from its centre, in units of the radius"
         )
     scale = 1 / max(1.0, off)
@@ -431,5 +431,5 @@ def _check_on_boundary(stadium: Stadium, points: Floats, tolerance: float) -> No
         where = "outside" if off[worst] > 0 else "inside"
         raise InputError(
             f"point {worst + 1}, ({x[worst]:g}, {y[worst]:g}), lies {abs(off[worst]):.2g} {where} the "
-            f"stadium at a = {exact(stadium.a)}, more than the tolerance {tolerance:g}: give only bounces"
+            f"stadium at a = {format_float(stadium.a)}, more than the tolerance {tolerance:g}: give only bounces"
         )

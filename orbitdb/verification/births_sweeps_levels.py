@@ -38,7 +38,7 @@ from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import from_strings, unpack
-from orbitdb.text import exact, shortened
+from orbitdb.text import format_float, shortened
 from orbitdb.verification.checks import (
     LISTED,
     Block,
@@ -76,7 +76,7 @@ BLOCK = 1000
 def whole_births(scope: Scope) -> list[BirthFill]:
     """Return the periods with complete births that are chosen at some a, or all without selections."""
     stored = read_birth_fills(scope.connection)
-    return [births for births in stored if births.whole and scope.chooses(births.p)]
+    return [births for births in stored if births.complete and scope.chooses(births.p)]
 
 
 def births(scope: Scope) -> Iterator[Part]:
@@ -104,7 +104,7 @@ def check_births(scope: Scope) -> Iterator[Check]:
                 counts = {"n_t": tally["words"], **tally, "words": fill["words"]}
                 wrong = {name: count for name, count in counts.items() if count != fill[name]}
                 faults = (f"{name} is {count} according to births" for name, count in wrong.items())
-                yield single("births", f"p = {fill['p']} at a = {exact(fill['a'])}", faults)
+                yield single("births", f"p = {fill['p']} at a = {format_float(fill['a'])}", faults)
 
 
 class ChangeRow(NamedTuple):
@@ -202,7 +202,7 @@ def _check_changes(block: Block, scope: Scope) -> Iterator[Check]:
     if not wrong.any():
         wrong = _wrong_sides(from_strings([row.word for row in rows]), a, error, born)
         wrong |= _wrong_joints(rows)
-    labels = [f"{row.word} at a = {exact(row.a)}" for row in rows]
+    labels = [f"{row.word} at a = {format_float(row.a)}" for row in rows]
     yield replace(judged("births", labels, wrong), rows=0)  # counted already
 
 
@@ -246,14 +246,14 @@ def sweeps(scope: Scope) -> Iterator[Part]:
 
 def check_sweeps(scope: Scope) -> Iterator[Check]:
     """Check the sweeps of the chosen periods."""
-    with_births = {births.p for births in read_birth_fills(scope.connection) if births.whole}
+    with_births = {births.p for births in read_birth_fills(scope.connection) if births.complete}
     for selection in scope.selections:
         a = selection.a
         fills = {fill["p"]: fill for fill in fill_rows(scope) if (fill["a"], fill["state"]) == (a, DONE)}
         for sweep in read_sweeps(scope.connection, a):
-            if not (sweep.whole and selection.includes(sweep.p)):
+            if not (sweep.complete and selection.includes(sweep.p)):
                 continue
-            label = f"p = {sweep.p} at a = {exact(a)}"
+            label = f"p = {sweep.p} at a = {format_float(a)}"
             others = [fills[sweep.p]] if sweep.p in fills else []
             if sweep.p in with_births:
                 others.append(vars(counts_at(scope.connection, a, sweep.p)))
@@ -287,7 +287,7 @@ def _solved(p: int, a: float) -> tuple[Tally, PeriodSums, float]:
 
     The error of an orbit is the error of lambda plus the relative error of the length.
     """
-    classes = all_least_words(Span.whole(p))
+    classes = all_least_words(Span.of_period(p))
     sizes = SIZES[classes.stabiliser].astype(np.int64)
     solved = solve(unpack(classes.codes, p), Stadium(a))
     exists = solved.status == Status.ORBIT
@@ -305,7 +305,7 @@ def levels(scope: Scope) -> Iterator[Part]:
     chosen = {selection.a for selection in scope.selections if selection == Selection(selection.a)}
     stored = scope.query("SELECT DISTINCT a, parity FROM level_fill ORDER BY a, parity")
     for a, parity in (row for row in stored if row[0] in chosen):
-        yield Part(f"levels {parity} at a = {exact(a)}", partial(_levels, a, parity))
+        yield Part(f"levels {parity} at a = {format_float(a)}", partial(_levels, a, parity))
 
 
 def _levels(a: float, parity: str, scope: Scope) -> Iterator[Check]:

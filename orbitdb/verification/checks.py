@@ -212,8 +212,8 @@ def _found(check: Check, _: Scope) -> list[Check]:
 
 def checked_apart(path: Path, part: Part, *asked: Any) -> Checked:
     """Check a part in the file as it is now, which is safe because the rows of a class never change."""
-    with reading(path) as moment:
-        return part.checked(Scope(moment, *asked))
+    with reading(path) as connection:
+        return part.checked(Scope(connection, *asked))
 
 
 Ids = dict[int, Integers]
@@ -264,7 +264,7 @@ def sampled(ids: Integers, sample: int | None, rng: np.random.Generator) -> Inte
 
 def sampled_classes(scope: Scope, selection: Selection, rng: np.random.Generator) -> Ids:
     """Return the ids of the chosen classes, or of a random sample of them, by period."""
-    ids = query.choose(scope.connection, selection).ids
+    ids = query.select_words(scope.connection, selection).ids
     return by_period(scope, only=sampled(np.sort(ids[ids > 0]), scope.sample, rng))
 
 

@@ -26,7 +26,7 @@ from orbitdb.symbols.words import (
     least_rotations,
     pack,
 )
-from orbitdb.text import exact
+from orbitdb.text import format_float
 from orbitdb.verification.checks import (
     LISTED,
     Block,
@@ -87,7 +87,7 @@ def _counts(scope: Scope) -> Iterator[Check]:
                 faults = _wrong_counts(row, statuses, stored[row["p"]][0])
             else:
                 faults = _wrong_cursor(scope, row, row["stadium"])
-            yield single("counts", f"p = {row['p']} at a = {exact(row['a'])}", faults)
+            yield single("counts", f"p = {row['p']} at a = {format_float(row['a'])}", faults)
     for row in births:
         if row["state"] != DONE and scope.chooses(row["p"]):
             yield single("births", f"p = {row['p']}", _wrong_cursor(scope, row, None))

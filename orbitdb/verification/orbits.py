@@ -32,7 +32,7 @@ from orbitdb.store.selection import Selection
 from orbitdb.store.writing import Writer, replace_certificates
 from orbitdb.symbols.symmetry import class_of, encloses_nothing
 from orbitdb.symbols.words import to_strings
-from orbitdb.text import exact
+from orbitdb.text import format_float
 from orbitdb.verification.checks import (
     Check,
     Checked,
@@ -330,10 +330,10 @@ def certify(path: Path, selection: Selection, sample: int | None = None, seed: i
     Rows that have a certificate are skipped. Each batch is stored in one transaction; after an interruption,
     the next run continues from there. The parameters are those of `orbitdb.verification.verify.verify`.
     """
-    place, stadium = f"at a = {exact(selection.a)}", Stadium(selection.a)
+    place, stadium = f"at a = {format_float(selection.a)}", Stadium(selection.a)
     source = Store(path)
-    with source.snapshot() as moment:
-        scope = Scope(moment, sample=sample)
+    with source.snapshot() as connection:
+        scope = Scope(connection, sample=sample)
         number = stadium_id(scope, selection.a)
         if number is None:
             return
@@ -343,8 +343,8 @@ def certify(path: Path, selection: Selection, sample: int | None = None, seed: i
     todo = {p: np.setdiff1d(ids, certified) for p, ids in chosen.items()}
     with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
         for block in blocks(todo, _BATCH):
-            with source.snapshot() as moment:
-                ids, stored = stored_orbits(Scope(moment), number, block)
+            with source.snapshot() as connection:
+                ids, stored = stored_orbits(Scope(connection), number, block)
             check, proved, radii, precisions = prove(with_bounds(stored, stadium), stadium)
             rows = zip(ids.tolist(), proved, radii, precisions, strict=True)
             entries = [(of_class, radius, bits) for of_class, is_proved, radius, bits in rows if is_proved]

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import need_whole
+from orbitdb.errors import check_int
 from orbitdb.extras import data_frame
 from orbitdb.filling.workers import HERE, Workers, at_work
 from orbitdb.orbits.status import EXISTING
@@ -24,7 +24,7 @@ from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.file import reading
 from orbitdb.store.paths import check_same_file, file_id
 from orbitdb.store.selection import Selection
-from orbitdb.text import exact, several
+from orbitdb.text import format_float, several
 from orbitdb.verification.births_sweeps_levels import births, levels, lives, sweeps
 from orbitdb.verification.checks import (
     Block,
@@ -72,7 +72,7 @@ PROMISES = {
 
 
 def verify(
-    moment: Connection,
+    connection: Connection,
     selections: Sequence[Selection],
     sample: int | None = None,
     restarts: int = 0,
@@ -109,14 +109,16 @@ def verify(
         After every block of rows, so that memory is bounded.
     """
     asked = tuple(selections), sample, restarts, seed
-    scope = Scope(moment, *asked)
+    scope = Scope(connection, *asked)
     checks = (*CHECKS, lives) if missing_births else CHECKS
     parts = (part for check in checks for part in parts_of(check, scope))
     with at_work(_seconds(scope), jobs, workers) as at_hand:
         if at_hand is HERE:
             yield from (part.checked(scope) for part in parts)
         else:
-            yield from at_hand.solved(partial(checked_apart, path_of(moment), part, *asked) for part in parts)
+            yield from at_hand.solved(
+                partial(checked_apart, path_of(connection), part, *asked) for part in parts
+            )
 
 
 def _seconds(scope: Scope) -> float:
@@ -131,7 +133,7 @@ def orbits(scope: Scope) -> Iterator[Part]:
     rng = np.random.default_rng(scope.seed)
     for selection in scope.selections:
         for block in blocks(sampled_classes(scope, selection, rng)):
-            yield block.part(f"orbits at a = {exact(selection.a)}", partial(_orbits, selection.a))
+            yield block.part(f"orbits at a = {format_float(selection.a)}", partial(_orbits, selection.a))
 
 
 def _orbits(a: float, block: Block, scope: Scope) -> Iterator[Check]:
@@ -151,7 +153,7 @@ def _orbits(a: float, block: Block, scope: Scope) -> Iterator[Check]:
     if scope.restarts:
         rng = np.random.default_rng([scope.seed, block.done - len(block.ids)])
         checks.append(restart(stored.words, stadium, scope.restarts, rng))
-    yield from (check.at(f"at a = {exact(a)}") for check in checks)
+    yield from (check.at(f"at a = {format_float(a)}") for check in checks)
 
 
 CHECKS = (file, values, counts, classes, orbits, births, levels, sweeps)
@@ -245,13 +247,13 @@ def verified(
         If the sample is below 1, or the number of restarts below 0.
     """
     if sample is not None:
-        need_whole("sample", sample)
-    need_whole("restarts", restarts, 0)
+        check_int("sample", sample)
+    check_int("restarts", restarts, 0)
 
     def steps() -> Generator[Checked]:
         opened = file_id(path)
-        with reading(path) as moment:
-            yield from verify(moment, selections, sample, restarts, seed, births, jobs)
+        with reading(path) as connection:
+            yield from verify(connection, selections, sample, restarts, seed, births, jobs)
         for selection in selections if rigorous else ():
             check_same_file(path, opened, _REPLACED)
             yield from certify(path, selection, sample, seed)

@@ -7,14 +7,14 @@ from quick import slow_but
 from same import same
 from there import there
 
-from orbitdb.answers.whole_periods import read_whole, sum_rules_of
+from orbitdb.answers.complete_periods import read_complete_periods, sum_rules_of
 from orbitdb.averages import sum_rules as module
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.sum_rules import beginning, next_tilts, orbits_of_exponents, swept_sum_rules
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments, from_bytes, tilt, to_bytes
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.exponents import exponents
-from orbitdb.store.selection import chosen_by
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.enumeration import Span, least_words
 from orbitdb.symbols.symmetry import SIZES
 
@@ -92,7 +92,9 @@ def test_the_error_estimate_is_useful_at_small_a():
 
 
 def test_a_catalogue_gives_the_sum_rules_of_its_orbits(filled):
-    found = there(sum_rules_of(answer(filled, read_whole, chosen_by(status="orbit"))))
+    found = there(
+        sum_rules_of(answer(filled, read_complete_periods, Selection.from_criteria(status="orbit")))
+    )
     alone = swept_sum_rules(1.6, [], HIGHEST - 1)
     np.testing.assert_allclose(found.lambda_d_sum_rule, alone.lambda_d_sum_rule, rtol=1e-9)
 
@@ -101,8 +103,8 @@ def test_a_catalogue_gives_the_sum_rules_of_its_orbits(filled):
     "criteria", [{"p": "3-6"}, {"time_reversal": "self"}, {"p": "2-6", "status": "boundary"}]
 )
 def test_a_subset_of_the_orbits_has_no_sum_rules(filled, criteria):
-    chosen = chosen_by(**{"status": "orbit"} | criteria)
-    assert sum_rules_of(answer(filled, read_whole, chosen)) is None
+    chosen = Selection.from_criteria(**{"status": "orbit"} | criteria)
+    assert sum_rules_of(answer(filled, read_complete_periods, chosen)) is None
 
 
 @pytest.mark.parametrize("k", range(4))
@@ -143,7 +145,7 @@ def test_averages_from_moments_equal_averages_over_all_orbits(monkeypatch, a):
     for p in range(first + 1, last + 1):
         parts = [
             orbits_of_exponents(SIZES[words.stabiliser[part.orbits]], part, a)
-            for words in least_words(Span.whole(p))
+            for words in least_words(Span.of_period(p))
             for part in exponents(words.codes, p, Stadium(a))
         ]
         orbits = TiltedOrbits.joined(parts)

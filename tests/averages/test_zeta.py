@@ -12,7 +12,7 @@ from quick import slow_but
 from solutions import class_rows, entropy, lyapunov
 
 from orbitdb import Catalogue, Selection
-from orbitdb.answers.whole_periods import Periods
+from orbitdb.answers.complete_periods import Periods
 from orbitdb.averages.by_period import Weight, faults_of
 from orbitdb.averages.pseudocycles import Factors, expand_by_stability, lyapunov_by_stability
 from orbitdb.averages.zeta import cycle_averages, expand, leading_zero

@@ -42,7 +42,7 @@ def hessian(legs: Legs, a: float, alpha: np.ndarray) -> np.ndarray:
     m, count = alpha.shape
     matrix = np.zeros((count, m, m))
     for i in range(m):
-        matrix[:, i, i] -= slopes.beyond[i]
+        matrix[:, i, i] -= slopes.between_centres[i]
         sign = legs.parity[i - 1]  # run i sees parity * alpha of the leg before it
         matrix[:, i, i] -= slopes.stiffness[i]
         matrix[:, i - 1, i - 1] -= slopes.stiffness[i]
@@ -110,7 +110,7 @@ def test_length_is_strictly_concave_between_the_limits(a):
         corners = np.where(directions(legs, a, 3) > directions(legs, a, 4), *direction_limits(legs, a))
         for alpha in (directions(legs, a, 5), corners):
             slopes = derivatives(legs, a, alpha)
-            assert (slopes.beyond > 0).all()
+            assert (slopes.between_centres > 0).all()
             assert (slopes.stiffness > 0).all()
             scale = np.abs(hessian(legs, a, alpha)).max(axis=(1, 2))
             assert (np.linalg.eigvalsh(hessian(legs, a, alpha)).max(axis=1) < 1e-14 * scale).all()

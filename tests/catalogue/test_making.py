@@ -25,7 +25,7 @@ def made_both_ways(cli, tmp_path, commands, make):
 def test_a_fill_from_python_stores_the_rows_of_the_command(cli, tmp_path):
     def make(catalogue):
         found = catalogue.fill("2-6", words=["1^8 3"], geometric=True)
-        assert [(each.p, each.whole) for each in found] == [(p, True) for p in range(2, 7)]
+        assert [(each.p, each.complete) for each in found] == [(p, True) for p in range(2, 7)]
         assert isinstance(found[0], Fill)
 
     commands = [f"fill --p 6 --a {A} --geometric", f"fill --code 111111113 --a {A}"]
@@ -71,7 +71,7 @@ def test_a_fill_reports_progress_and_resumes(tmp_path):
     assert 41 < stored < told[-1][1]
     catalogue.fill("2-7", progress=lambda *state: told.append(state))
     assert told[-1][0] == told[-1][1] > stored
-    assert all(fill.whole for fill in catalogue.fills())
+    assert all(fill.complete for fill in catalogue.fills())
     catalogue.close()
     assert [path.name for path in tmp_path.iterdir()] == ["orbits.db"]
 

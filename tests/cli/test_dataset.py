@@ -40,8 +40,8 @@ def known(tmp_path_factory):
 def written(known):
     """A dataset of the entire catalogue."""
     made = Path(known).with_name("data")
-    with reading(known) as moment:
-        write_dataset(moment, made, [Selection(a) for a in a_values(moment)])
+    with reading(known) as connection:
+        write_dataset(connection, made, [Selection(a) for a in a_values(connection)])
     return made
 
 

@@ -9,20 +9,20 @@ from processes import COMMAND, run
 from quick import slow_but
 
 from orbitdb.cli import app
-from orbitdb.text import real, whole
+from orbitdb.text import parse_int, real
 
 
 def test_numbers_are_read_as_people_write_them():
-    assert [whole(text) for text in ("20", "1e6", "2.5e7", "1E+3", " 7 ", "-1", "2.0")] == [
+    assert [parse_int(text) for text in ("20", "1e6", "2.5e7", "1E+3", " 7 ", "-1", "2.0")] == [
         20, 1_000_000, 25_000_000, 1000, 7, -1, 2
     ]  # fmt: skip
-    assert whole("12345678901234567891") == 12345678901234567891
+    assert parse_int("12345678901234567891") == 12345678901234567891
     assert [real(text) for text in ("1.6", ".5", "1.", "1e-6", "-inf", " 2 ")] == [
         1.6, 0.5, 1.0, 1e-6, float("-inf"), 2.0
     ]  # fmt: skip
     for text in ("", "1_6", "½", "1e", "0x1", "e5", "1 2", "9" * 5000):
         with pytest.raises(ValueError, match="is not a whole number"):
-            whole(text)
+            parse_int(text)
 
 
 def test_a_value_is_a_number_only_in_the_usual_notation(cli, filled):

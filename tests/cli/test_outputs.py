@@ -23,10 +23,10 @@ from orbitdb.answers.field import COLUMNS as COLUMNS_IN_FIELD
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods
-from orbitdb.entropy.bounds import search
+from orbitdb.entropy_bounds.bounds import search
 from orbitdb.filling.fill import fill_births
 from orbitdb.store.file import reading
-from orbitdb.store.selection import chosen_by
+from orbitdb.store.selection import Selection
 from orbitdb.store.writing import Writer, add_reference
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.legwise import simulate_legs
@@ -116,8 +116,8 @@ def legwise() -> list[Reference]:
 
 
 def checked(catalogue: Catalogue) -> Columns:
-    with reading(catalogue.path) as moment:
-        found = report(verify(moment, [chosen_by(a=1.6, p="2-4")], None, 2, 7))
+    with reading(catalogue.path) as connection:
+        found = report(verify(connection, [Selection.from_criteria(a=1.6, p="2-4")], None, 2, 7))
     names = ("rows", "failures", "worst", "share", "first")
     return records(found, {"check": "name"} | {name: name for name in names})
 

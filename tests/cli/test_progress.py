@@ -10,7 +10,7 @@ import pytest
 
 from orbitdb import progress as line
 from orbitdb.cli.output import note, progress
-from orbitdb.filling.resuming import Step, run_steps
+from orbitdb.filling.period_jobs import Step, run_steps
 from orbitdb.progress import Work, telling
 
 TEXT = "words, p =  9 of 11"

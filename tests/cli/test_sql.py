@@ -9,7 +9,7 @@ import pytest
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.commands.query import EXAMPLES
 from orbitdb.columns import GROUPS, IN_CATALOGUE
-from orbitdb.store.selection import chosen_by
+from orbitdb.store.selection import Selection
 
 EVERY = [each for _, group in GROUPS for each in group]
 
@@ -55,7 +55,7 @@ TYPES = {"text": str, "integer": int, "number": float, "integers": list}
 def test_values_have_the_stated_types_and_are_empty_only_as_stated(varied):
     names = [each.name for each in IN_CATALOGUE]
     with Catalogue(varied) as catalogue:
-        rows = list(catalogue.rows(chosen_by(p="2-4", status="all"), columns=names))
+        rows = list(catalogue.rows(Selection.from_criteria(p="2-4", status="all"), columns=names))
     for column, values in zip(IN_CATALOGUE, zip(*rows, strict=True), strict=True):
         assert {type(value) for value in values} - {type(None)} <= {TYPES[column.kind]}, column
         assert any(each in (None, []) for each in values) == (column.empty != "never"), column

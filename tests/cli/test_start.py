@@ -11,7 +11,7 @@ import orbitdb
 
 ROOMS = [
     "numpy", "sqlalchemy", "alembic", "scipy", "flint", "textual", "matplotlib", "asyncio", "multiprocessing",
-    "orbitdb.averages", "orbitdb.averages.sum_rules", "orbitdb.entropy.bounds", "orbitdb.filling",
+    "orbitdb.averages", "orbitdb.averages.sum_rules", "orbitdb.entropy_bounds.bounds", "orbitdb.filling",
     "orbitdb.orbits.births", "orbitdb.orbits.newton", "orbitdb.plots.style",
     "orbitdb.cli.commands.bench",
 ]  # fmt: skip
@@ -22,7 +22,7 @@ LIGHTEST_FIRST = {
     "columns": "",
     "query 1232131 -c code,length": "numpy",
     "query 1232131": "orbitdb.orbits.births orbitdb.orbits.newton",
-    "table": "orbitdb.averages orbitdb.averages.sum_rules orbitdb.entropy.bounds",
+    "table": "orbitdb.averages orbitdb.averages.sum_rules orbitdb.entropy_bounds.bounds",
     "query --p 3": "",
     "lyapunov": "",
     "births --p 2": "orbitdb.filling",

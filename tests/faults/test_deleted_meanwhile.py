@@ -93,7 +93,7 @@ def test_work_begun_at_one_a_never_appears_at_another(undisturbed, tmp_path, nam
         assert ask(path, "SELECT count(*) FROM sweep_block") == [(0,)]
     else:
         highest = int(WORK[name][2])
-        assert [(fill.p, fill.whole) for fill in Catalogue(path).fills(a=2.0)] == [
+        assert [(fill.p, fill.complete) for fill in Catalogue(path).fills(a=2.0)] == [
             (p, True) for p in range(2, highest + 1)
         ]
         assert table(path, 2.0) == str(

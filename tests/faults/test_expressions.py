@@ -55,8 +55,8 @@ def test_an_expression_is_one_condition(varied, name):
 )  # fmt: skip
 def test_a_statement_can_only_read(varied, statement):
     before = varied.read_bytes()
-    with reading(varied) as moment, pytest.raises(SelectionError, match=r"^sql "):
-        asking.run_statement(moment, statement, {})
+    with reading(varied) as connection, pytest.raises(SelectionError, match=r"^sql "):
+        asking.run_statement(connection, statement, {})
     assert varied.read_bytes() == before
 
 
@@ -124,8 +124,8 @@ def test_every_use_is_stopped_in_time(own, monkeypatch, use):
 @pytest.mark.slow
 def test_time_spent_on_using_rows_does_not_count(filled_once, monkeypatch):
     monkeypatch.setattr(asking, "SECONDS", 0.5)
-    with reading(filled_once) as moment:
-        _, rows = asking.run_statement(moment, "SELECT code FROM catalogue", {})
+    with reading(filled_once) as connection:
+        _, rows = asking.run_statement(connection, "SELECT code FROM catalogue", {})
         first = next(rows)
         time.sleep(0.6)
         assert len([first, *rows]) == Catalogue(filled_once).count()

@@ -14,7 +14,7 @@ from quick import slow_but
 from sqlalchemy import Connection, Engine, event
 from there import there
 
-from orbitdb.answers.whole_periods import read_whole, sum_rules_of
+from orbitdb.answers.complete_periods import read_complete_periods, sum_rules_of
 from orbitdb.averages.by_period import PeriodSums
 from orbitdb.averages.sum_rules import beginning
 from orbitdb.billiard.arithmetic import arithmetic
@@ -48,11 +48,11 @@ def test_sweeps_have_the_counts_and_sums_of_fills(tmp_path, a):
     path = tmp_path / "orbits.db"
     found = swept(path, a)
     with closing(Catalogue(path)) as catalogue:
-        swept_rules = there(sum_rules_of(answer(path, read_whole, Selection(a), swept=True)))
+        swept_rules = there(sum_rules_of(answer(path, read_complete_periods, Selection(a), swept=True)))
         swept_counts = catalogue.counts(a=a)
     list(fill_periods(path, a, PERIODS))
     with closing(Catalogue(path)) as catalogue:
-        rules = there(sum_rules_of(answer(path, read_whole, Selection(a), swept=True)))
+        rules = there(sum_rules_of(answer(path, read_complete_periods, Selection(a), swept=True)))
         fills = {fill.p: fill for fill in catalogue.fills(a=a)}
         rows = catalogue.classes(a=a, status="orbit").by_period()
         assert swept_counts.tallies == catalogue.counts(a=a).tallies
@@ -96,9 +96,9 @@ def test_an_unfinished_sweep_has_no_sums_and_is_not_counted(tmp_path):
     going.close()
     with closing(Catalogue(path)) as catalogue:
         (begun,) = catalogue.sweeps(a=1.6)
-        assert (begun.whole, begun.blocks, begun.sums) == (False, 1, None)
+        assert (begun.complete, begun.blocks, begun.sums) == (False, 1, None)
         assert catalogue.counts(a=1.6).chosen == ()
-        known = answer(path, read_whole, Selection(1.6), swept=True)
+        known = answer(path, read_complete_periods, Selection(1.6), swept=True)
         assert (known.highest, known.swept, known.cycles().tolist()) == (0, {}, [0])
 
 
@@ -149,10 +149,10 @@ def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
         assert "end at p = 6" in note
     with closing(Catalogue(path)) as catalogue:
         assert not any("sum rules" in each for each in catalogue.lyapunov(a=0.5).notes)
-        found = there(sum_rules_of(answer(path, read_whole, Selection(0.5), swept=True)))
+        found = there(sum_rules_of(answer(path, read_complete_periods, Selection(0.5), swept=True)))
     list(fill_periods(path, 0.5, range(2, 8)))
     with closing(Catalogue(path)) as catalogue:
-        expected = there(sum_rules_of(answer(path, read_whole, Selection(0.5), swept=True)))
+        expected = there(sum_rules_of(answer(path, read_complete_periods, Selection(0.5), swept=True)))
     beginning.cache_clear()
     np.testing.assert_allclose(found.lambda_l, expected.lambda_l, rtol=0, atol=1e-6)
 

@@ -16,8 +16,8 @@ from workforce import Deadly, Failing, filled_by, killed_while_sending, later
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import Catalogue
-from orbitdb.entropy.bounds import enclose, search
-from orbitdb.entropy.proof import Proof
+from orbitdb.entropy_bounds.bounds import enclose, search
+from orbitdb.entropy_bounds.proof import Proof
 from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.fill import METHODS, cut_into_blocks, fill_periods, solve_block
 from orbitdb.filling.sweeps import solve_swept
@@ -204,8 +204,8 @@ def test_several_jobs_get_smaller_blocks_down_to_a_quarter():
     "block",
     [
         next(cut_into_blocks(1.6, "newton", 3)),
-        partial(solve_block, find_changes, False, Span.whole(3)),
-        partial(solve_swept, 1.6, {}, Span.whole(3)),
+        partial(solve_block, find_changes, False, Span.of_period(3)),
+        partial(solve_swept, 1.6, {}, Span.of_period(3)),
         partial(enclose, 1.6, 3),
     ],
     ids=lambda block: block.func.__name__,

@@ -165,16 +165,18 @@ def test_bounds_leave_room_for_rounding_throughout_a_cell(a, r):
             at, turned = derivatives(legs, a * np.exp(x), here), np.abs(np.cos(half_turns(legs, here)))
             along, across = 2 * a * np.exp(x) * np.array([np.cos(here), np.abs(np.sin(here))])
             lean = np.maximum(np.abs(legs.lift) * np.cos(here), across)
-            most = np.array([reach.pull, reach.drag, reach.lean, reach.bend, stiff, at.stiffness, at.beyond])
-            least = [across, along, lean, turned / (4 * legs.k**2), at.stiffness, soft, reach.beyond]
+            most = np.array(
+                [reach.pull, reach.drag, reach.lean, reach.bend, stiff, at.stiffness, at.between_centres]
+            )
+            least = [across, along, lean, turned / (4 * legs.k**2), at.stiffness, soft, reach.between_centres]
             rooms = most - (1 + 5e-10) * np.array(least)
             assert (rooms > -1e-15).all()
             assert (rooms.max() < 1e-8) == (r == 0)
             v = rng.uniform(1, 2, alpha.shape)
             behind, ahead = v - preceding(v), v - following(v)
-            held = reach.beyond * v + np.minimum(soft * behind, stiff * behind)
+            held = reach.between_centres * v + np.minimum(soft * behind, stiff * behind)
             held += np.minimum(following(soft) * ahead, following(stiff) * ahead)
-            total = (reach.beyond + stiff + following(stiff)) * v
+            total = (reach.between_centres + stiff + following(stiff)) * v
             assert ((held - firmness(reach, v)) / total) == pytest.approx(ROUNDING, rel=1e-3)
 
 

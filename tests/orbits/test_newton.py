@@ -128,7 +128,7 @@ def test_responses_solve_the_equations_and_do_not_move_pressed_directions(word):
     alpha, m = newton(legs, 1.6).alpha, len(legs.k)
     slopes, rng = derivatives(legs, 1.6, alpha), np.random.default_rng(2)
     forces, pressed = rng.normal(size=(2, m, 1)), rng.random((m, 1)) < 0.3
-    minus_h = np.diag(slopes.beyond[:, 0])
+    minus_h = np.diag(slopes.between_centres[:, 0])
     for run in range(m):  # each run couples the leg before it to the leg after it
         tie = np.zeros(m)
         tie[run - 1], tie[run] = legs.parity[run - 1, 0], 1

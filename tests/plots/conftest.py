@@ -8,7 +8,7 @@ import pytest
 from contents import made
 
 from orbitdb import Catalogue, Stadium
-from orbitdb.entropy.bounds import search
+from orbitdb.entropy_bounds.bounds import search
 from orbitdb.filling.fill import fill_births
 from orbitdb.plots import over_a, style
 from orbitdb.store.writing import Writer, add_reference, keep_bounds

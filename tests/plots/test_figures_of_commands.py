@@ -19,9 +19,9 @@ from solutions import entropy, lyapunov
 from there import there
 
 from orbitdb import Catalogue, Selection, Stadium, solve_word
+from orbitdb.answers.complete_periods import read_complete_periods, sum_rules_of
 from orbitdb.answers.entropy import enclosure
 from orbitdb.answers.levels import orbits_for, read_orbits
-from orbitdb.answers.whole_periods import read_whole, sum_rules_of
 from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.errors import InputError
@@ -96,7 +96,7 @@ def test_the_figure_of_exponents_shows_every_method(known):
     made = draw("lyapunov", known, Selection(1.6, periods=((2, 6),)), 0)
     subset = known.classes(a=1.6, p="2-6")
     found = lyapunov(subset, 6)
-    rules = sum_rules_of(answer(known.path, read_whole, Selection(1.6, periods=((2, 6),))))
+    rules = sum_rules_of(answer(known.path, read_complete_periods, Selection(1.6, periods=((2, 6),))))
     trajectory = known.reference(a=1.6)
     assert len(made.axes) == 2
     for ax, name, unit in zip(made.axes, ("lambda_d", "lambda_c"), ("bounce", "length $R$"), strict=True):

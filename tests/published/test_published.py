@@ -9,8 +9,8 @@ from there import there
 
 from orbitdb import Catalogue, levels, solve_word
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.bounds import search
-from orbitdb.entropy.windows import geometric_entropy
+from orbitdb.entropy_bounds.bounds import search
+from orbitdb.entropy_bounds.windows import geometric_entropy
 
 # Half the lengths of orbits at a = 1: repository dionatandiego11/hipotese-riemann, file catalogo_o1.csv.
 HALF_LENGTHS = {

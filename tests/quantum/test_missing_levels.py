@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from there import there
 
 from orbitdb import Catalogue, InputError
-from orbitdb.answers.levels import assess_levels, beside, levels_from_orbits, read_orbits
+from orbitdb.answers.levels import assess_levels, levels_from_orbits, read_orbits, stored_counterparts
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.level_numbers import MISSING, SPURIOUS, numbered, smoothed
 from orbitdb.quantum.levels import levels
@@ -89,7 +89,7 @@ def test_stored_levels_are_paired_by_number(catalogue, tmp_path):
     own.fill("2-8")
     own.fill_levels(5, 7, parities=["oo", "ee"])
     found = own.levels(9, method="orbits")
-    known = answer(own.path, beside, found)
+    known = answer(own.path, stored_counterparts, found)
     stored = {(k, parity) for k, parity in zip(own_rows(own), ["oo"] * 99, strict=False)}
     assert stored
     pairs = [(k, value) for k, value in zip(found.k.tolist(), known, strict=True) if value is not None]

@@ -69,8 +69,8 @@ def test_a_newer_schema_is_refused(filled):
 
 def test_reading_never_writes(filled):
     before = filled.read_bytes()
-    with pytest.raises(StoreError, match="cannot be written"), reading(filled) as moment:
-        moment.exec_driver_sql("DELETE FROM orbit")
+    with pytest.raises(StoreError, match="cannot be written"), reading(filled) as connection:
+        connection.exec_driver_sql("DELETE FROM orbit")
     assert filled.read_bytes() == before
 
 
@@ -178,8 +178,8 @@ def test_a_large_fill_first_states_its_cost(cli):
 
 
 def test_bytes_per_row_add_up_to_the_file(filled, cli):
-    with reading(filled) as moment:
-        taken = room(moment)
+    with reading(filled) as connection:
+        taken = room(connection)
     (classes, per_class), (orbits, per_orbit) = (
         (n, there(size)) for n, size in (taken["classes"], taken["orbits"])
     )

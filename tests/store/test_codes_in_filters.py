@@ -5,7 +5,7 @@ from there import there
 
 from orbitdb import Catalogue
 from orbitdb.filling.fill import fill_word
-from orbitdb.store.selection import SelectionError, chosen_by
+from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import parse_parameters
 from orbitdb.symbols.symmetry import members
 from orbitdb.symbols.words import least_rotation, parse
@@ -40,7 +40,7 @@ def catalogue(varied):
     ],
 )  # fmt: skip
 def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, found):
-    chosen = chosen_by(where=where, parameters={"w": "130"} if ":w" in where else {})
+    chosen = Selection.from_criteria(where=where, parameters={"w": "130"} if ":w" in where else {})
     assert {word for (word,) in catalogue.rows(chosen, columns=("code",))} == found
     assert catalogue.count(chosen) == len(found)
     assert sum(catalogue.classes(chosen).words) == len(found)
@@ -88,7 +88,10 @@ def test_a_pattern_longer_than_a_word_is_read_round_and_round(varied):
     catalogue = Catalogue(varied)
     for pattern in ("13131", "1313131313", "01301"):
         wanted = {word for (word,) in catalogue.rows(columns=("code",)) if pattern in word * 12}
-        for chosen in (chosen_by(contains=pattern), chosen_by(where=f"contains(code, '{pattern}')")):
+        for chosen in (
+            Selection.from_criteria(contains=pattern),
+            Selection.from_criteria(where=f"contains(code, '{pattern}')"),
+        ):
             assert set(catalogue.select(chosen).code.tolist()) == wanted != set()
 
 

@@ -8,13 +8,13 @@ from quick import slow_but
 from there import there
 
 from orbitdb import Catalogue
+from orbitdb.answers.complete_periods import read_complete_periods
 from orbitdb.answers.completeness import describe_unfilled, without_births
-from orbitdb.answers.whole_periods import read_whole
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.fills import Fill
-from orbitdb.store.selection import Selection, chosen_by
+from orbitdb.store.selection import Selection
 from orbitdb.symbols.pruning import count_admissible
 
 
@@ -113,9 +113,9 @@ def test_commands_default_to_the_only_a(cli, tmp_path, monkeypatch, command):
 
 
 def test_missing_births_are_reported_only_if_needed(varied):
-    assert answer(varied, without_births, chosen_by(p="3-4"), ("born",)) == [3, 4]
-    assert answer(varied, without_births, chosen_by(), order="dies desc") == [2, 3, 4, 5, 6]
-    assert answer(varied, without_births, chosen_by(p="3-4")) == []
+    assert answer(varied, without_births, Selection.from_criteria(p="3-4"), ("born",)) == [3, 4]
+    assert answer(varied, without_births, Selection.from_criteria(), order="dies desc") == [2, 3, 4, 5, 6]
+    assert answer(varied, without_births, Selection.from_criteria(p="3-4")) == []
 
 
 def test_unfinished_births_of_a_period_count_nothing(tmp_path, cli):
@@ -215,11 +215,11 @@ def test_a_command_describes_one_moment(cli, filled, begin_fill, begun, command)
 
 
 def test_whole_periods_are_read_without_partial_ones(partial):
-    found = answer(partial, read_whole, Selection())
+    found = answer(partial, read_complete_periods, Selection())
     assert found.periods == tuple(range(2, 9))
     assert found.classes.p.max() == found.highest == 8
     assert found.missing == []
-    assert len(answer(partial, read_whole, NINE).classes) == 0
+    assert len(answer(partial, read_complete_periods, NINE).classes) == 0
     rows = Catalogue(partial).select(p="7-9")
     assert rows.table()["p"] == rows.entropy()["p"] == [7, 8]
     alter(partial, "DELETE FROM fill WHERE p = 8")

@@ -13,7 +13,7 @@ from there import there
 
 from orbitdb import Catalogue, InputError, Stadium, solve_word
 from orbitdb.orbits.shadowing import shadows
-from orbitdb.store.selection import chosen_by
+from orbitdb.store.selection import Selection
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 from orbitdb.trajectories.trajectory import trace_start
@@ -114,7 +114,7 @@ def test_the_longest_stretch_along_an_orbit_is_reported():
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_a_length_finds_stored_orbits_and_their_repetitions(catalogue, turns, off, number, tolerance, limit):
     """The result is checked against all lengths; it is sorted by difference, period and word."""
-    known = sorted({*catalogue.rows(chosen_by(status="orbit"), columns=OF_CANDIDATES[:6])})
+    known = sorted({*catalogue.rows(Selection.from_criteria(status="orbit"), columns=OF_CANDIDATES[:6])})
     length = turns * known[number % len(known)][3] + off
     wanted = []
     for row in known:

@@ -21,7 +21,7 @@ from there import there
 from orbitdb import Catalogue, InputError, Selection, Status, solve_word
 from orbitdb.errors import StoreError
 from orbitdb.filling.fill import fill_word
-from orbitdb.store.selection import SelectionError, chosen_by
+from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import least_rotation
 
 
@@ -48,8 +48,8 @@ def test_an_unknown_name_of_the_package_is_an_attribute_error():
 def test_classes_are_orbits_by_default(varied):
     catalogue = Catalogue(varied, a=1.0)
     orbits, boundary = catalogue.classes(p=6), catalogue.classes(p=6, status="boundary")
-    assert orbits.words.sum() == catalogue.count(chosen_by(a=1.0, p=6, status="orbit"))
-    assert boundary.words.sum() == catalogue.count(chosen_by(a=1.0, p=6, status="boundary")) > 0
+    assert orbits.words.sum() == catalogue.count(Selection.from_criteria(a=1.0, p=6, status="orbit"))
+    assert boundary.words.sum() == catalogue.count(Selection.from_criteria(a=1.0, p=6, status="boundary")) > 0
     with pytest.raises(SelectionError, match="leave out status dynamical"):
         catalogue.classes(status="dynamical")
 
@@ -307,19 +307,25 @@ def test_a_catalogue_uses_its_own_a_by_default(varied):
 
 
 def test_criteria_make_a_selection():
-    assert chosen_by(a=2.0, p="2-4", status="orbit", contains="02", margin=(None, 0.1)) == Selection(
+    assert Selection.from_criteria(
+        a=2.0, p="2-4", status="orbit", contains="02", margin=(None, 0.1)
+    ) == Selection(
         a=2.0, periods=((2, 4),), statuses=(Status.ORBIT,), contains="02", ranges={"margin": (None, 0.1)}
     )
-    several = chosen_by(p=[2, 3, 5], status=["orbit", Status.BOUNDARY])
-    assert several == chosen_by(p="2,3,5", status="orbit,boundary")
-    assert chosen_by(p=range(2, 5)) == chosen_by(p="2-4")
-    assert chosen_by(p=(2, 4)) == chosen_by(p=[2, 4]) == chosen_by(p="2,4")
-    assert chosen_by(length=None, lambda_c=(None, None)) == Selection()
+    several = Selection.from_criteria(p=[2, 3, 5], status=["orbit", Status.BOUNDARY])
+    assert several == Selection.from_criteria(p="2,3,5", status="orbit,boundary")
+    assert Selection.from_criteria(p=range(2, 5)) == Selection.from_criteria(p="2-4")
+    assert (
+        Selection.from_criteria(p=(2, 4))
+        == Selection.from_criteria(p=[2, 4])
+        == Selection.from_criteria(p="2,4")
+    )
+    assert Selection.from_criteria(length=None, lambda_c=(None, None)) == Selection()
 
 
 @pytest.mark.parametrize("status", ["orbit", "geometric", "dynamical", "boundary", "unresolved", "all"])
 def test_descriptions_use_singular_and_plural(status):
-    chosen = chosen_by(a=1.6, status=status, time_reversal="self", exists=(1,))
+    chosen = Selection.from_criteria(a=1.6, status=status, time_reversal="self", exists=(1,))
     one, two = (chosen.describe(count=count).split(" at a = ", 1)[0] for count in (1, 2))
     assert re.fullmatch(r"1 .*(orbit|word|through a joint)", one)
     assert two == "2" + re.sub(r"\b(orbit|word)\b", r"\1s", one)[1:]
@@ -330,9 +336,11 @@ def test_descriptions_leave_out_empty_ranges_and_shorten_long_words(catalogue):
     assert str(subset) == "<1 orbit of period 2 at a = 1.6>"
     assert Selection(ranges={"length": (None, None)}).describe() == "words at a = 1.6"
     for word, shown in (("13" * 30, "13" * 30), ("13" * 31, "13" * 28 + "1...")):
-        assert chosen_by(p=80, contains=word).describe().endswith(f" containing {shown}")
-    assert {*chosen_by(status="all").statuses} == {*Status} - {Status.FAMILY}
-    several = chosen_by(p="2,4-5", status="orbit", time_reversal="self", symmetry="x", contains="13")
+        assert Selection.from_criteria(p=80, contains=word).describe().endswith(f" containing {shown}")
+    assert {*Selection.from_criteria(status="all").statuses} == {*Status} - {Status.FAMILY}
+    several = Selection.from_criteria(
+        p="2,4-5", status="orbit", time_reversal="self", symmetry="x", contains="13"
+    )
     assert several.describe([1.0, 1.6]) == (
         "orbits of period 2, 4 to 5 at a = 1, 1.6 that retrace their path with symmetry x containing 13"
     )

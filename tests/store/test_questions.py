@@ -24,8 +24,8 @@ from orbitdb.cli.tui.counts_screen import histogram, tally
 from orbitdb.store import where as limits
 from orbitdb.store.connection import driver_of
 from orbitdb.store.file import reading
-from orbitdb.store.query import COLUMNS, choose
-from orbitdb.store.selection import chosen_by
+from orbitdb.store.query import COLUMNS, select_words
+from orbitdb.store.selection import Selection
 from orbitdb.store.where import CancelledError
 
 LISTS = ("rules", "coordinates")
@@ -58,16 +58,21 @@ def asked(made_once):
 def test_rows_and_counts_agree_with_a_list(asked, criteria, order, limit, offset, names):
     catalogue, rows = asked
     found = list(
-        catalogue.rows(chosen_by(**criteria), columns=names, order=order, limit=limit, offset=offset)
+        catalogue.rows(
+            Selection.from_criteria(**criteria), columns=names, order=order, limit=limit, offset=offset
+        )
     )
     assert found == model.columns_of(expected(rows, criteria, order, limit, offset), names)
-    assert catalogue.count(chosen_by(**criteria)) == len(expected(rows, criteria))
+    assert catalogue.count(Selection.from_criteria(**criteria)) == len(expected(rows, criteria))
 
 
 @pytest.mark.parametrize("kind", ["exists", "not_at"])
 def test_counts_around_births_and_deaths_agree_with_a_list(asked, kind):
     catalogue, rows = asked
-    asks = [chosen_by(exists=at) if kind == "exists" else chosen_by(not_at=at) for at in EDGES]
+    asks = [
+        Selection.from_criteria(exists=at) if kind == "exists" else Selection.from_criteria(not_at=at)
+        for at in EDGES
+    ]
     found = [catalogue.count(each) for each in asks]
     assert found == [len(expected(rows, {kind: (at,)})) for at in EDGES]
     assert len(set(found)) > 2
@@ -77,7 +82,7 @@ def test_counts_around_births_and_deaths_agree_with_a_list(asked, kind):
 @example({"p": "2-30", "status": "orbit,geometric"}, "code")
 def test_arrays_agree_with_a_list(asked, criteria, order):
     catalogue, rows = asked
-    subset = catalogue.select(chosen_by(**criteria), order=order, coordinates=True)
+    subset = catalogue.select(Selection.from_criteria(**criteria), order=order, coordinates=True)
     wanted = expected(rows, criteria, order)
     assert subset.code.tolist() == [row["code"] for row in wanted]
     for name in ("length", "margin", "lambda_c", "born", "area", "area_error"):
@@ -98,7 +103,7 @@ def test_classes_agree_with_a_list(asked, criteria):
     catalogue, rows = asked
     wanted = expected(rows, criteria | {"status": "orbit"})
     counts = Counter((row["representative"], *(row[name] for name in OF_CLASSES)) for row in wanted)
-    found = catalogue.classes(chosen_by(**criteria))
+    found = catalogue.classes(Selection.from_criteria(**criteria))
     for place, name in enumerate(OF_CLASSES, 1):
         assert getattr(found, name).tolist() == [known[place] for known in counts], name
     assert found.words.tolist() == list(counts.values())
@@ -109,7 +114,7 @@ def test_classes_agree_with_a_list(asked, criteria):
 def test_tallies_agree_with_a_list(asked, criteria, names):
     catalogue, rows = asked
     wanted = model.columns_of(expected(rows, criteria), names)
-    found = answer(catalogue.path, tally, chosen_by(**criteria), names)
+    found = answer(catalogue.path, tally, Selection.from_criteria(**criteria), names)
     assert found == {name: Counter(row[place] for row in wanted) for place, name in enumerate(names)}
 
 
@@ -119,7 +124,7 @@ def test_histograms_agree_with_a_list(asked, criteria, column, bins):
     catalogue, rows = asked
     values = [row[column] for row in expected(rows, criteria)]
     known = [value for value in values if value is not None]
-    found = answer(catalogue.path, histogram, chosen_by(**criteria), column, bins)
+    found = answer(catalogue.path, histogram, Selection.from_criteria(**criteria), column, bins)
     if found is None:
         assert not known
         return
@@ -230,11 +235,11 @@ CANCELLED = [
 @pytest.mark.parametrize(("criteria", "order"), slow_but(CANCELLED[3:], CANCELLED))
 def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, monkeypatch):
     monkeypatch.setattr(limits, "STEPS_BETWEEN_LOOKS", 5_000)
-    with reading(filled_once) as moment:
-        selection, looks = chosen_by(**criteria), itertools.count()
-        size = len(choose(moment, selection))  # makes SQLite read the schema
-        driver_of(moment).cancelled = lambda: next(looks) < 0
-        whole = choose(moment, selection, order)
+    with reading(filled_once) as connection:
+        selection, looks = Selection.from_criteria(**criteria), itertools.count()
+        size = len(select_words(connection, selection))  # makes SQLite read the schema
+        driver_of(connection).cancelled = lambda: next(looks) < 0
+        whole = select_words(connection, selection, order)
         asked = next(looks)
         assert asked > 0
         assert len(whole) == size
@@ -242,8 +247,8 @@ def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, 
         for n in range(asked):
             looks_until = itertools.chain(itertools.repeat(False, n), itertools.repeat(True))
             try:
-                driver_of(moment).cancelled = looks_until.__next__
-                found = choose(moment, selection, order)
+                driver_of(connection).cancelled = looks_until.__next__
+                found = select_words(connection, selection, order)
             except CancelledError:
                 ended += 1
             else:

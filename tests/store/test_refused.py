@@ -15,7 +15,7 @@ from orbitdb.errors import InputError, StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.solve import solve
 from orbitdb.store.connection import plain_errors
-from orbitdb.store.selection import Selection, SelectionError, chosen_by, parse_bound, parse_bounds
+from orbitdb.store.selection import Selection, SelectionError, parse_bound, parse_bounds
 from orbitdb.store.where import check
 from orbitdb.symbols.words import from_strings
 
@@ -116,7 +116,7 @@ def test_the_elements_of_a_class_must_lead_to_its_words(own):
         pytest.raises(StoreError, match="was altered: a row of the classes"),
         closing(Catalogue(own)) as catalogue,
     ):
-        list(catalogue.rows(chosen_by(a=1.6), columns=("code", "coordinates")))
+        list(catalogue.rows(Selection.from_criteria(a=1.6), columns=("code", "coordinates")))
 
 
 def test_an_interrupted_question_raises_keyboard_interrupt(tmp_path):

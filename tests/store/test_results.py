@@ -13,7 +13,7 @@ from there import there
 from orbitdb import Catalogue, InputError
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.counts_screen import histogram
-from orbitdb.entropy.bounds import search
+from orbitdb.entropy_bounds.bounds import search
 from orbitdb.filling.fill import fill_periods
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import SYMBOLS

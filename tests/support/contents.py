@@ -130,12 +130,12 @@ def agrees(path: Path) -> int:
 
 
 def checks(path: Path, selection: Selection | None = None, **options: Any) -> dict[str, Check]:
-    with reading(path) as moment:
-        steps = verify(moment, [selection or Selection()], **options)
+    with reading(path) as connection:
+        steps = verify(connection, [selection or Selection()], **options)
         return {check.name: check for check in report(steps)}
 
 
 def answer(path: Path, ask: Callable[..., Answer], *arguments: Any, **options: Any) -> Answer:
     """Ask a catalogue a question at one moment."""
-    with reading(path) as moment:
-        return ask(moment, *arguments, **options)
+    with reading(path) as connection:
+        return ask(connection, *arguments, **options)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from orbitdb.entropy.windows import (
+from orbitdb.entropy_bounds.windows import (
     DOWN_LEG,
     ENDS_LEG,
     FROM_TOP,

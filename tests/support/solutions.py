@@ -25,7 +25,7 @@ from orbitdb.symbols.words import unpack
 @cache
 def words_of(p: int) -> np.ndarray:
     """Return all admissible primitive words of period p as sorted least rotations."""
-    return unpack(np.unique(all_images(all_least_words(Span.whole(p)).codes, p)), p)
+    return unpack(np.unique(all_images(all_least_words(Span.of_period(p)).codes, p)), p)
 
 
 @cache

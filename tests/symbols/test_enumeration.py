@@ -50,12 +50,12 @@ def classes_in(span: Span) -> list[tuple[str, int]]:
 def test_least_words_are_the_representatives_of_all_words(p):
     named = ((word, class_of(word)) for word in to_strings(words_of(p)))
     expected = [(word, found.stabiliser) for word, found in named if found.representative == word]
-    assert classes_in(Span.whole(p)) == expected
+    assert classes_in(Span.of_period(p)) == expected
 
 
 @pytest.mark.parametrize("p", slow_but((11,), range(2, 15)))
 def test_class_sizes_add_up_to_the_count_of_the_transfer_matrix(p):
-    found = np.concatenate([part.stabiliser for part in least_words(Span.whole(p))])
+    found = np.concatenate([part.stabiliser for part in least_words(Span.of_period(p))])
     count = np.bincount(found, minlength=256)
     assert sum(n * class_size(mask) for mask, n in enumerate(count.tolist()) if n) == count_admissible(p)
 
@@ -65,7 +65,7 @@ def test_spans_contain_every_class_once(p, size):
     cut = list(class_spans(p, size))
     assert (cut[0].after, cut[-1].upto) == (-1, 8**p - 1)
     assert all(one.upto == other.after for one, other in pairwise(cut))
-    parts, whole = [classes_in(span) for span in cut], classes_in(Span.whole(p))
+    parts, whole = [classes_in(span) for span in cut], classes_in(Span.of_period(p))
     assert [each for part in parts for each in part] == whole
     assert max(map(len, parts)) <= 1.5 * size + 100  # a prefix can have about a hundred
     half = len(whole) // 2

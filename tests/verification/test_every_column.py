@@ -90,9 +90,9 @@ TYPICAL = {
 
 
 def failing(path: Path) -> set[str]:
-    with reading(path) as moment:
-        everywhere = [Selection(a) for a in verifiable(moment)]
-        return {check.name for check in report(verify(moment, everywhere)) if check.failures}
+    with reading(path) as connection:
+        everywhere = [Selection(a) for a in verifiable(connection)]
+        return {check.name for check in report(verify(connection, everywhere)) if check.failures}
 
 
 def altered(source: Path, path: Path, table: str, column: str, value: Any) -> bool:

@@ -17,7 +17,7 @@ from orbitdb.filling.fill import fill_births, fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.orbits.solve import solve
 from orbitdb.store.file import reading
-from orbitdb.store.selection import Selection, chosen_by
+from orbitdb.store.selection import Selection
 from orbitdb.verification.births_sweeps_levels import check_births, check_sweeps, lives, whole_births
 from orbitdb.verification.checks import Check, Scope
 from orbitdb.verification.verify import report, verify
@@ -40,8 +40,8 @@ def swept(swept_once: Path, tmp_path: Path) -> Callable[..., list[Check]]:
     def found(change: str = "p = p", *values: object) -> list[Check]:
         with closing(sqlite3.connect(path)) as plain, plain:
             plain.execute(f"UPDATE sweep SET {change} WHERE p = 5", values)
-        with reading(path) as moment:
-            return list(check_sweeps(Scope(moment, BOTH)))
+        with reading(path) as connection:
+            return list(check_sweeps(Scope(connection, BOTH)))
 
     return found
 
@@ -123,8 +123,8 @@ def test_an_unfinished_period_does_not_hide_later_ones(begun, monkeypatch):
     list(fill_periods(begun, 1.6, [5]))
     alter(begun, "UPDATE fill SET state = 'filling', n_c = NULL")
     monkeypatch.setattr("orbitdb.verification.births_sweeps_levels.BLOCK", 12)
-    with reading(begun) as moment:
-        scope = Scope(moment)
+    with reading(begun) as connection:
+        scope = Scope(connection)
         steps = [part.checked(scope) for part in lives(scope)]
         assert [(step.stage, step.done, step.total) for step in steps] == [
             ("missing births, p = 5", 12, 17),
@@ -142,13 +142,13 @@ def test_only_births_of_chosen_periods_are_checked(begun):
     list(fill_births(begun, [6]))
     for chosen, expected in (
         ((), [5, 6]),
-        ((chosen_by(p=6),), [6]),
-        ((chosen_by(p=7), chosen_by(a=1, p="4-5")), [5]),
+        ((Selection.from_criteria(p=6),), [6]),
+        ((Selection.from_criteria(p=7), Selection.from_criteria(a=1, p="4-5")), [5]),
     ):
-        with reading(begun) as moment:
-            assert [found.p for found in whole_births(Scope(moment, chosen))] == expected
-    with reading(begun) as moment:
-        found = report(verify(moment, [chosen_by(p=5)], missing_births=True))
+        with reading(begun) as connection:
+            assert [found.p for found in whole_births(Scope(connection, chosen))] == expected
+    with reading(begun) as connection:
+        found = report(verify(connection, [Selection.from_criteria(p=5)], missing_births=True))
         counted = {check.name: check.rows for check in found}
     assert (counted["births"], counted["lives"]) == (17, 17)
 
@@ -158,8 +158,8 @@ def test_births_and_deaths_must_alternate_and_give_the_counts(begun):
 
     def failing(*statements: str) -> str | None:
         alter(begun, *statements)
-        with reading(begun) as moment:
-            (check,) = check_births(Scope(moment))
+        with reading(begun) as connection:
+            (check,) = check_births(Scope(connection))
         return check.first
 
     insert = "INSERT INTO change SELECT cycle, {}, {} * a, error, '{}', bounce, joint, NULL, slope, run"

@@ -191,8 +191,8 @@ def test_joined_checks_keep_the_worst_of_all_rows():
 
 
 def test_the_progress_of_every_stage_reaches_its_total(filled):
-    with reading(filled) as moment:
-        steps = list(verify(moment, [Selection()]))
+    with reading(filled) as connection:
+        steps = list(verify(connection, [Selection()]))
     for stage in ("classes", "orbits"):
         of_stage = [step for step in steps if step.stage.startswith(stage)]
         assert [step.done for step in of_stage] == sorted(step.done for step in of_stage)

@@ -14,7 +14,7 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.words import from_strings
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 MOST_DRAWN = 5000
 """Maximum number of bounces to draw; more would only blacken the picture."""
@@ -167,7 +167,7 @@ class OrbitDrawing(PictureWidget):
     def picture(self, columns: int, rows: int) -> list[Line]:
         points = phase_points(self.orbit)
         self._entitle(
-            "phase space: sine against arclength" if self.phase else f"stadium, a = {exact(self.a)}"
+            "phase space: sine against arclength" if self.phase else f"stadium, a = {format_float(self.a)}"
         )
         if self.phase:
             return draw_phase(self.a, points, columns, rows)

@@ -90,7 +90,7 @@ def table_of(facts: Iterable[Fact], muted: Style | str) -> Table:
     return table
 
 
-class Bounces(NamedTuple):
+class BounceTable(NamedTuple):
     """The bounces of an orbit, one per line: coordinate, arclength, sine and, if there is room, x and y."""
 
     orbit: Orbit
@@ -121,7 +121,7 @@ def parts_of(
     facts = facts_of(orbit, certificate, partners)
     if not whole:
         few = orbit.coordinates is not None and orbit.p <= _MOST_BOUNCES
-        return [table_of(facts, muted), "", Bounces(orbit)] if few else [table_of(facts, muted)]
+        return [table_of(facts, muted), "", BounceTable(orbit)] if few else [table_of(facts, muted)]
     if orbit.p > LONG:
         facts.insert(1, ("symbols", orbit.code))
     if orbit.solver is not None:
@@ -130,7 +130,7 @@ def parts_of(
     if orbit.class_size is not None:
         parts += ["", Text("symmetry class", "bold"), table_of(_class(orbit), muted)]
     if orbit.coordinates is not None:
-        parts += ["", Text("bounces", "bold"), Bounces(orbit)]
+        parts += ["", Text("bounces", "bold"), BounceTable(orbit)]
     return parts
 
 

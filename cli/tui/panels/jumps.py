@@ -28,16 +28,16 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     """
     assert pages.catalogue is not None
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
-    with pages.catalogue.snapshot(cancelled) as moment:
-        place = first_of_period(moment, pages.chosen, period) if period else None
+    with pages.catalogue.snapshot(cancelled) as connection:
+        place = first_of_period(connection, pages.chosen, period) if period else None
         if place is not None:
             return place, f"period {period}"
         if not set(typed) <= set(SYMBOLS):
             return None, f"no period {period}" if period else f"no code {typed}"
         with suppress(WordError):
-            place = position_of(moment, pages.chosen, least_rotation(parse_primitive(typed)))
+            place = position_of(connection, pages.chosen, least_rotation(parse_primitive(typed)))
         if place is None:
-            place = first_that_begins(moment, pages.chosen, typed)
+            place = first_that_begins(connection, pages.chosen, typed)
     return place, f"code {typed}" if place is not None else f"no code {typed}"
 
 

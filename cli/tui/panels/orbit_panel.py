@@ -21,7 +21,7 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.lookup import with_existence
 from orbitdb.symbols.symmetry import images_of
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
-from orbitdb.text import exact
+from orbitdb.text import format_float
 
 STEP = 0.02
 """Step in ln a per key press."""
@@ -131,7 +131,7 @@ class OrbitPanel(Vertical, Working):
         if not title and (orbit := self.orbit) is not None:
             code = orbit.code if orbit.p <= LONG else f"{orbit.code[: LONG - 1]}…"
             title = f"{code}, p = {orbit.p}, {orbit.status.value}"
-            title += f", a = {exact(orbit.a)}" if orbit.a != self.home else ""
+            title += f", a = {format_float(orbit.a)}" if orbit.a != self.home else ""
         self.query_one(FactsPanel).border_title = self._work or title
 
     def clear(self, a: float) -> None:

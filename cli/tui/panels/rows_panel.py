@@ -17,7 +17,7 @@ from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, CatalogueFile, Kept, Ordering, Pages, known_columns
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.connection import Connection
-from orbitdb.store.query import choose
+from orbitdb.store.query import select_words
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
@@ -121,14 +121,18 @@ class RowsPanel(Vertical, Jumps):
             time.sleep(_PAUSE if patient else 0.0)
             if cancelled():
                 return
-            with catalogue.snapshot(cancelled) as moment:
-                gaps = _gaps(moment, selection)
+            with catalogue.snapshot(cancelled) as connection:
+                gaps = _gaps(connection, selection)
                 if early:
-                    yield Pages(catalogue, choose(moment, selection, most=_FIRST), fields), gaps, None
-                chosen = choose(moment, selection, str(ordering))
+                    yield (
+                        Pages(catalogue, select_words(connection, selection, most=_FIRST), fields),
+                        gaps,
+                        None,
+                    )
+                chosen = select_words(connection, selection, str(ordering))
                 count = len(chosen) if selection == unfiltered else total
                 if count is None:
-                    count = len(choose(moment, unfiltered))
+                    count = len(select_words(connection, unfiltered))
             yield Pages(catalogue, chosen, fields), gaps, count
 
         def show(reading: _Reading) -> None:
@@ -229,12 +233,15 @@ class RowsPanel(Vertical, Jumps):
         self.border_subtitle = " │ ".join(filter(None, (self.note, place)))
 
 
-def _gaps(moment: Connection, selection: Selection) -> str:
+def _gaps(connection: Connection, selection: Selection) -> str:
     """Return notes on periods that are partial or not filled, or lack births that are needed."""
-    missing, partial = unfilled(moment, selection), [str(p) for p in partial_periods(moment, selection)]
+    missing, partial = (
+        unfilled(connection, selection),
+        [str(p) for p in partial_periods(connection, selection)],
+    )
     parts = [
         f"p = {', '.join(partial)} {'are' if len(partial) > 1 else 'is'} partial" if partial else "",
         f"{missing}, or press f" if missing else "",
-        lacking_births(moment, selection) or "",
+        lacking_births(connection, selection) or "",
     ]
     return "; ".join(filter(None, parts))

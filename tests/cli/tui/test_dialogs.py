@@ -5,7 +5,7 @@ from screens import SMALL, TINY, browsing, press, screen_lines, shown, write
 from textual.widgets import Button, Label
 from textual.widgets._toast import Toast
 
-from orbitdb.cli.tui.fill_dialog import FillState, Wish
+from orbitdb.cli.tui.fill_dialog import FillRequest, FillState
 from orbitdb.cli.tui.help import PURPOSES, KeysPanel
 from orbitdb.store.selection import Selection
 
@@ -36,7 +36,7 @@ def cut_off(app):
     return [text for text, region in texts if squeezed(text) not in seen(app, region)]
 
 
-RUNNING = FillState(Wish(1.6, (13,)), done=123_456)
+RUNNING = FillState(FillRequest(1.6, (13,)), done=123_456)
 DIALOGS = [
     ("q", "", ""), ("f", "", ""),  # while a fill runs
     ("f", "2-14", "enter"), ("slash", "lenght < 3", ""), ("c", "1232131" * 9 + "9", ""),

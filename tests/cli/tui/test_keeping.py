@@ -12,7 +12,7 @@ from orbitdb.cli.tui.panels import choices
 from orbitdb.cli.tui.stored import EVERY, USUAL, Kept, Ordering, State
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
-from orbitdb.store.selection import Selection, chosen_by
+from orbitdb.store.selection import Selection
 
 
 def heading(app):
@@ -175,5 +175,5 @@ def test_choices_link_to_their_actions_and_name_their_keys():
     ],
 )  # fmt: skip
 def test_criteria_without_a_field_of_their_own_come_last(chosen, told):
-    shown = choices.chips(chosen_by(**chosen), [])
+    shown = choices.chips(Selection.from_criteria(**chosen), [])
     assert linked(shown)[-1] == ("filter", "/", told)

@@ -16,8 +16,8 @@ from orbitdb.cli.tui.panels.jumps import place_of
 from orbitdb.cli.tui.panels.paged_table import PagedTable, width_of
 from orbitdb.cli.tui.stored import EVERY, USUAL, Ordering, Pages
 from orbitdb.errors import StoreError
-from orbitdb.store.query import choose
-from orbitdb.store.selection import Selection, SelectionError, chosen_by
+from orbitdb.store.query import select_words
+from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import CancelledError
 
 NATURAL = Ordering()
@@ -43,8 +43,8 @@ def catalogue(asked):
 
 def pages_of(catalogue, selection, ordering=NATURAL, columns=SHOWN):
     source = Catalogue(catalogue.path)
-    with source.snapshot() as moment:
-        return Pages(source, choose(moment, selection, str(ordering)), columns)
+    with source.snapshot() as connection:
+        return Pages(source, select_words(connection, selection, str(ordering)), columns)
 
 
 @given(criteria=CRITERIA, ordering=ORDERINGS, names=NAMES, places=PLACES)
@@ -52,7 +52,7 @@ def test_pages_agree_with_a_list_and_find_words(asked, criteria, ordering, names
     catalogue, rows = asked
     columns = tuple(dict.fromkeys(("code", *(name for name in names if name != "coordinates"))))
     wanted = expected(rows, criteria, str(ordering))
-    pages = pages_of(catalogue, chosen_by(**criteria), ordering, columns)
+    pages = pages_of(catalogue, Selection.from_criteria(**criteria), ordering, columns)
     assert len(pages) == len(wanted)
     ends = {0, 63, 64, len(wanted) - 1} & set(range(len(wanted)))
     for place in {*ends, *(int(part * len(wanted)) for part in places if wanted)}:
@@ -73,7 +73,7 @@ def test_digits_find_the_first_match(asked, criteria, ordering, typed):
     period = len(typed) <= 2 and typed[0] != "0" and [word for word in words if len(word) == int(typed)]
     turned = [word for word in words if len(word) == len(typed) and typed in 2 * word]
     fits = period or turned or [word for word in words if word.startswith(typed)]
-    place, _ = place_of(pages_of(catalogue, chosen_by(**criteria), ordering), typed)
+    place, _ = place_of(pages_of(catalogue, Selection.from_criteria(**criteria), ordering), typed)
     assert (None if place is None else words[place]) == (fits[0] if fits else None)
 
 

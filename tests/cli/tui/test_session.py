@@ -16,12 +16,12 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.counts_screen import CountsScreen
 from orbitdb.cli.tui.dialogs import LineDialog, NameList
-from orbitdb.cli.tui.fill_dialog import FillState, Wish, cost_of, fill_wish
+from orbitdb.cli.tui.fill_dialog import FillRequest, FillState, cost_of, fill_wish
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.panels import jumps
-from orbitdb.cli.tui.panels.choices import Choices
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.panels.facts import FactsPanel, facts_of, parts_of
+from orbitdb.cli.tui.panels.filter_bar import FilterBar
 from orbitdb.cli.tui.panels.orbit_panel import OrbitPanel
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.panels.rows_panel import RowsPanel
@@ -56,7 +56,7 @@ def target(part, action) -> tuple[Any, str]:
     widgets: dict[Any, Any] = {
         "drawing": OrbitDrawing,
         "side": OrbitPanel,
-        "chips": Choices,
+        "chips": FilterBar,
         "rows": RowsPanel,
         "table": PagedTable,
     }
@@ -191,7 +191,7 @@ async def test_refusals_are_reported_and_earlier_lines_come_back(path, monkeypat
             await press(pilot, "f")
         assert isinstance(app.screen, MainScreen)
         assert any("read-only" in note.message for note in app._notifications)
-        app.fill_state = FillState(Wish(1.6, (13,)))
+        app.fill_state = FillState(FillRequest(1.6, (13,)))
         await press(pilot, "q")
         assert isinstance(app.screen, QuestionDialog)
         await press(pilot, "n")
@@ -202,13 +202,13 @@ async def test_refusals_are_reported_and_earlier_lines_come_back(path, monkeypat
 def test_filling_words_and_periods_reports_counts(tmp_path):
     path = tmp_path / "orbits.db"
     reports: list[tuple[float, float, str]] = []
-    for wish in (Wish(1.6, words=("13", "013")), Wish(1.6, (3, 4))):
+    for wish in (FillRequest(1.6, words=("13", "013")), FillRequest(1.6, (3, 4))):
         fill_wish(path, wish, lambda *report: reports.append(report))
     assert [report[:2] for report in reports] == [(1, 2), (2, 2), (0, 40), (8, 40), (40, 40)]
     assert reports[-1][2] == "words, p =  4 of 4"
-    assert cost_of(path, Wish(1.6, words=("13",))) == ("1 word to solve at a = 1.6", 1)
-    assert cost_of(path, Wish(1.6, words=("13", "031"))) == ("2 words to solve at a = 1.6", 2)
-    done, small = (cost_of(path, Wish(1.6, periods)) for periods in ((3, 4), (2,)))
+    assert cost_of(path, FillRequest(1.6, words=("13",))) == ("1 word to solve at a = 1.6", 1)
+    assert cost_of(path, FillRequest(1.6, words=("13", "031"))) == ("2 words to solve at a = 1.6", 2)
+    done, small = (cost_of(path, FillRequest(1.6, periods)) for periods in ((3, 4), (2,)))
     assert done == ("these periods are already filled at a = 1.6: nothing to do", 0)
     assert small[0].startswith("1 word to fill at a = 1.6: under a second, ")
 

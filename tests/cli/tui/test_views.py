@@ -11,24 +11,27 @@ from textual import events
 
 import orbitdb
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.tui.panels.choices import View, both, equals
+from orbitdb.cli.tui.panels.filter_bar import View, both, equals
 from orbitdb.cli.tui.stored import Ordering, known_columns
 from orbitdb.orbits.status import Status
-from orbitdb.store.selection import Selection, chosen_by
+from orbitdb.store.selection import Selection
 
 VIEWS = [
     View(Selection()),
     View(
-        chosen_by(
+        Selection.from_criteria(
             a=1.6, p="2-4,6", status="orbit,boundary", time_reversal="pair", where="code <> '013' or p > 3"
         ),
         Ordering("length", True),
         known_columns(["p", "status", "length"]),
     ),
-    View(chosen_by(a=1.0, symmetry="T", contains="3", length=(None, 20.5), margin=(1e-4, 2))),
-    View(chosen_by(a=1.6, where="length < :most -- 'short'", parameters={"most": 12}), Ordering("code")),
-    View(chosen_by(a=1.6, status="geometric"), Ordering("code", True)),
-    View(chosen_by(a=1.6, without=["02", "31"], walls=2, quarter_length=(3, 9))),
+    View(Selection.from_criteria(a=1.0, symmetry="T", contains="3", length=(None, 20.5), margin=(1e-4, 2))),
+    View(
+        Selection.from_criteria(a=1.6, where="length < :most -- 'short'", parameters={"most": 12}),
+        Ordering("code"),
+    ),
+    View(Selection.from_criteria(a=1.6, status="geometric"), Ordering("code", True)),
+    View(Selection.from_criteria(a=1.6, without=["02", "31"], walls=2, quarter_length=(3, 9))),
 ]
 
 
@@ -46,7 +49,7 @@ def test_the_command_and_the_line_of_python_give_the_rows_of_the_view(cli, varie
 
 
 def test_the_births_that_a_view_asks_for_are_written_down():
-    view = View(chosen_by(a=1.6, exists=[1.5, 2], not_at=0.5))
+    view = View(Selection.from_criteria(a=1.6, exists=[1.5, 2], not_at=0.5))
     assert "--exists 1.5 --exists 2 --not-at 0.5" in view.command(Path("x.db"))
     assert "exists=[1.5, 2.0], not_at=[0.5]" in view.python(Path("x.db"))
 

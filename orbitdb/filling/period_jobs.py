@@ -32,7 +32,7 @@ class Step(NamedTuple):
     total: int
 
 
-class Work(ABC):
+class PeriodJob(ABC):
     """Base class of work that is done one period at a time."""
 
     def __init__(self, writer: Writer) -> None:
@@ -59,7 +59,7 @@ class Work(ABC):
         return {}
 
 
-def resume(work: Work, periods: Iterable[int], workers: Workers) -> Generator[Step]:
+def resume(work: PeriodJob, periods: Iterable[int], workers: Workers) -> Generator[Step]:
     """Do the work that is left on the given periods, from where this or another process stopped.
 
     Yields
@@ -85,7 +85,7 @@ def resume(work: Work, periods: Iterable[int], workers: Workers) -> Generator[St
             yield from _blocks(work, missing, workers)
 
 
-def _blocks(work: Work, cursors: dict[int, Cursor], workers: Workers) -> Generator[Step]:
+def _blocks(work: PeriodJob, cursors: dict[int, Cursor], workers: Workers) -> Generator[Step]:
     """Solve and store the blocks after the cursors, and close each period after its last block."""
     clock = time.monotonic()
     blocks = (block for cursor in [*cursors.values()] for block in work.blocks(cursor, workers.jobs))
@@ -96,12 +96,12 @@ def _blocks(work: Work, cursors: dict[int, Cursor], workers: Workers) -> Generat
             hold(connection, cursors[p])
             spent = work.store(connection, cursors[p], part) | {"seconds": clock - before}
             cursors[p] = move(connection, cursors[p], part.span, spent)
-        if part.span.upto == Span.whole(p).upto:
+        if part.span.upto == Span.of_period(p).upto:
             _close(work, cursors[p])
         yield Step(p, cursors[p].words, count_admissible(p))
 
 
-def _close(work: Work, cursor: Cursor) -> None:
+def _close(work: PeriodJob, cursor: Cursor) -> None:
     """Check that a period is complete, and mark it as done; raise `OvertakenError` if it already is."""
     with work.writer.reading() as connection:  # takes a while; others may write meanwhile
         words, values = work.counted(connection, cursor)

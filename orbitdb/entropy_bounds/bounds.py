@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.growth import automaton, growth
-from orbitdb.entropy.verdicts import Decision, Verdict, decide
-from orbitdb.entropy.windows import Letters, Windows, extended, first_windows
+from orbitdb.entropy_bounds.growth import automaton, growth
+from orbitdb.entropy_bounds.verdicts import Decision, Verdict, decide
+from orbitdb.entropy_bounds.windows import Letters, Windows, extended, first_windows
 from orbitdb.extras import Record
 from orbitdb.progress import Tell
 from orbitdb.text import between
 
 if TYPE_CHECKING:
-    from orbitdb.entropy.proof import Proof
+    from orbitdb.entropy_bounds.proof import Proof
 
 DOUBLES, BALLS = "doubles", "balls"
 """How windows are decided: in double precision with error bounds, or also confirmed in ball arithmetic."""
@@ -140,7 +140,7 @@ def search(
     tell : callable, optional
         Receives progress reports.
     judge : callable, optional
-        `orbitdb.entropy.verdicts.decide` or `orbitdb.entropy.proof.Proof.decide`.
+        `orbitdb.entropy_bounds.verdicts.decide` or `orbitdb.entropy_bounds.proof.Proof.decide`.
 
     Yields
     ------

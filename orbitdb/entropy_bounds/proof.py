@@ -1,6 +1,6 @@
 """Verdicts on windows, confirmed one by one in ball arithmetic, so that no bound depends on rounding.
 
-Every verdict follows from one clamped problem (`orbitdb.entropy.verdicts.corner`), which is given by
+Every verdict follows from one clamped problem (`orbitdb.entropy_bounds.verdicts.corner`), which is given by
 integers, a, and the limits of the directions (`limits_hold`). The directions found in double precision serve
 only as centres and are taken as exact. The gradient g and the curvatures D there, computed in balls, show
 that the clamped directions lie within the radius max |g_i| / (D_i / 2), where i runs over the directions that
@@ -20,8 +20,8 @@ from orbitdb.arrays import Marks
 from orbitdb.billiard.arithmetic import ball_precision
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.billiard.stadium import HALF_PI
-from orbitdb.entropy.verdicts import BATCH, Corner, Decision, Verdict, corner, decide, solve_corner
-from orbitdb.entropy.windows import Windows, open_chains
+from orbitdb.entropy_bounds.verdicts import BATCH, Corner, Decision, Verdict, corner, decide, solve_corner
+from orbitdb.entropy_bounds.windows import Windows, open_chains
 from orbitdb.orbits.ball_path import BallPath
 from orbitdb.progress import Tell
 
@@ -87,7 +87,9 @@ def condition_in_balls(problem: Corner, column: int, a: float, start: Sequence[f
     directions = np.clip(start, low, high).tolist()
     path.go_to([np.sign(x) * arb.pi() / 2 if abs(x) == HALF_PI else arb(x) for x in directions])
     radius = arb(0)
-    for g, beyond, pressed in list(zip(path.gradient, path.beyond, path.pressed(), strict=True))[1:-1]:
+    for g, beyond, pressed in list(zip(path.gradient, path.between_centres, path.pressed(), strict=True))[
+        1:-1
+    ]:
         if not beyond > 0:
             return None
         if not pressed:
@@ -109,7 +111,7 @@ class Proof:
     seconds: float = 0.0  # time spent on ball arithmetic
 
     def decide(self, windows: Windows, a: float, tell: Tell | None = None) -> Decision:
-        """Decide windows as `orbitdb.entropy.verdicts.decide` does, but keep only proved decisions."""
+        """Decide windows as `orbitdb.entropy_bounds.verdicts.decide` does, but keep only proved decisions."""
         decision = decide(windows, a, tell)
         began = time.monotonic()
         sure = proved(windows, decision.verdict, a, tell)

@@ -13,7 +13,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Batch, Floats, Marks, Places
+from orbitdb.arrays import Batch, Floats, Indices, Marks
 from orbitdb.billiard.arithmetic import ABOVE, EPSILON, check_functions
 from orbitdb.billiard.legs import (
     Chain,
@@ -25,7 +25,7 @@ from orbitdb.billiard.legs import (
     pressed_directions,
 )
 from orbitdb.billiard.stadium import HALF_PI
-from orbitdb.entropy.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains, Windows, open_chains
+from orbitdb.entropy_bounds.windows import PART_OF_LEG, UNKNOWN_RUN, OpenChains, Windows, open_chains
 from orbitdb.orbits.error_bounds import steepness
 from orbitdb.orbits.newton import responses
 from orbitdb.progress import Tell
@@ -47,7 +47,7 @@ class Corner(Batch):
     # limits of the directions, which coincide for the outer legs, shape (m + 2, N)
     low: Floats
     high: Floats
-    marked: Places  # the row of the marked junction, shape (N,)
+    marked: Indices  # the row of the marked junction, shape (N,)
     # c in its condition f = h + c o > 0, where h = psi/2k of the run and o is the leg's direction, shape (N,)
     lean: Floats
 
@@ -131,7 +131,7 @@ def _direction_error(legs: Chain, a: float, alpha: Floats, slopes: Derivatives, 
     The bound is that of `orbitdb.orbits.error_bounds`; the outer legs are given and do not enter.
     """
     steep = steepness(slopes, pressed, gradient_rounding(legs, a, alpha))
-    worst: Floats = (2 * steep / slopes.beyond)[1:-1].max(axis=0, initial=0.0)
+    worst: Floats = (2 * steep / slopes.between_centres)[1:-1].max(axis=0, initial=0.0)
     return ABOVE * worst
 
 

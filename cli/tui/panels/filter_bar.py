@@ -17,7 +17,7 @@ from orbitdb.cli.tui.stored import USUAL, CatalogueFile, Kept, Ordering
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import bound_names, check
-from orbitdb.text import exact, printable
+from orbitdb.text import format_float, printable
 
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)
 """The statuses that rows can have, in the order in which lists show them."""
@@ -53,12 +53,14 @@ class View(NamedTuple):
                 case dict():
                     words += [word for pair in value.items() for word in ("-P", "=".join(map(str, pair)))]
                 case tuple():
-                    low, high = ("" if bound is None else exact(bound) for bound in value)
+                    low, high = ("" if bound is None else format_float(bound) for bound in value)
                     words += ["--range", f"{name}={low}:{high}"]
                 case list():
-                    words += [text for a in value for text in (option, a if isinstance(a, str) else exact(a))]
+                    words += [
+                        text for a in value for text in (option, a if isinstance(a, str) else format_float(a))
+                    ]
                 case _:
-                    words += [option, exact(value) if isinstance(value, float) else value]
+                    words += [option, format_float(value) if isinstance(value, float) else value]
         return " ".join(map(_quoted, [*words, "-c", ",".join(self.columns)]))
 
     def python(self, path: Path) -> str:
@@ -85,7 +87,7 @@ class View(NamedTuple):
         return {"a": chosen.a, **{name: value for name, value in criteria.items() if value}}
 
 
-class Choices(Static, Working):
+class FilterBar(Static, Working):
     """A line that states the chosen subset, with links to the actions that change it.
 
     While a filter is being typed, `trying` is true.
@@ -97,7 +99,7 @@ class Choices(Static, Working):
     def __init__(self, file: CatalogueFile, kept: Kept, selection: Selection) -> None:
         super().__init__(id="chips")
         self._file, self._kept = file, kept
-        self.set_reactive(Choices.selection, selection)
+        self.set_reactive(FilterBar.selection, selection)
         self._values = dict(selection.parameters)
         self._before_marks: str | None = None
         self._marks: str | None = None  # the filter that shows only marked orbits, once it has been chosen
@@ -251,7 +253,7 @@ def chips(selection: Selection, a_values: Sequence[float]) -> str:
     several = f", {len(a_values)} stored" if len(a_values) > 1 else ""
     stored = several if selection.a in (a_values or [selection.a]) else ", not filled"
     parts = [
-        ("half_length", "a", f"{exact(selection.a)}{stored}"),
+        ("half_length", "a", f"{format_float(selection.a)}{stored}"),
         ("turn('periods')", "\\[ ]", f"p {spans or 'all'}"),
         ("turn('statuses')", "o", ", ".join(selection.statuses) or "every status"),
         ("turn('time_reversal')", "r", reversal[selection.time_reversal]),

@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Marks, Masks, Places
-from orbitdb.entropy.windows import LETTERS, MAY_FOLLOW, MIRROR, SIGN, Letters, X, reverse
+from orbitdb.arrays import Indices, Marks, Masks
+from orbitdb.entropy_bounds.windows import LETTERS, MAY_FOLLOW, MIRROR, SIGN, Letters, X, reverse
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array  # slow to import
@@ -232,7 +232,7 @@ def growth(origin: NDArray[np.int32], target: NDArray[np.int32], states: int) ->
 
 def _components(
     origin: NDArray[np.int32], target: NDArray[np.int32], states: int
-) -> tuple["csr_array", Places]:
+) -> tuple["csr_array", Indices]:
     """Return the matrix of all strongly connected components with a cycle, and the first row of each."""
     from scipy.sparse.csgraph import connected_components
 

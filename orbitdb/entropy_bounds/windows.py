@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.arrays import Batch, Floats, Marks, Places
+from orbitdb.arrays import Batch, Floats, Indices, Marks
 
 Letters = NDArray[np.uint8]
 
@@ -80,7 +80,7 @@ class Windows:
     """N windows of L edges."""
 
     letters: Letters  # shape (N, L)
-    mark: Places  # number of letters before the marked junction of each window, shape (N,)
+    mark: Indices  # number of letters before the marked junction of each window, shape (N,)
 
     def __len__(self) -> int:
         return len(self.mark)
@@ -90,7 +90,7 @@ class Windows:
         """The number L of edges of each window."""
         return self.letters.shape[1]
 
-    def rows(self, chosen: Places | Marks) -> "Windows":
+    def rows(self, chosen: Indices | Marks) -> "Windows":
         """Return the chosen windows."""
         return Windows(self.letters[chosen], self.mark[chosen])
 
@@ -130,9 +130,9 @@ class OpenChains(Batch):
     # leg 0 at its end.
     n: Floats
     s: Floats
-    left: Places  # what is at the left end, such as `UNKNOWN_RUN`, shape (N,)
-    right: Places  # what is at the right end, shape (N,)
-    marked: Places  # the row of the run before the mark and of the leg after it, shape (N,)
+    left: Indices  # what is at the left end, such as `UNKNOWN_RUN`, shape (N,)
+    right: Indices  # what is at the right end, shape (N,)
+    marked: Indices  # the row of the run before the mark and of the leg after it, shape (N,)
 
     def __len__(self) -> int:
         return len(self.marked)
@@ -152,7 +152,7 @@ class OpenChains(Batch):
         return rows[self.marked, np.arange(len(self))]
 
 
-def open_chains(windows: Windows) -> Iterator[tuple[Places, OpenChains]]:
+def open_chains(windows: Windows) -> Iterator[tuple[Indices, OpenChains]]:
     """Cut windows into runs and legs; for each number of unknowns, yield window indices and chains."""
     left, right = _kind_of_end(windows.letters[:, 0]), _kind_of_end(windows.letters[:, -1], backwards=True)
     unknowns = ENDS_LEG[windows.letters].sum(axis=1) - (left == PART_OF_LEG)
@@ -161,12 +161,12 @@ def open_chains(windows: Windows) -> Iterator[tuple[Places, OpenChains]]:
         yield rows, _chains(windows.rows(rows), int(m), left[rows], right[rows])
 
 
-def _kind_of_end(letters: Letters, backwards: bool = False) -> Places:
+def _kind_of_end(letters: Letters, backwards: bool = False) -> Indices:
     at_run = (ENDS_LEG if backwards else STARTS_LEG)[letters]
     return np.where(IN_RUN[letters], PART_OF_RUN, np.where(at_run, UNKNOWN_RUN, PART_OF_LEG))
 
 
-def _chains(windows: Windows, m: int, left: Places, right: Places) -> OpenChains:
+def _chains(windows: Windows, m: int, left: Indices, right: Indices) -> OpenChains:
     letters = windows.letters
     count = len(windows)
     word = np.arange(count)[:, None]
@@ -176,7 +176,7 @@ def _chains(windows: Windows, m: int, left: Places, right: Places) -> OpenChains
     run = (leg + 1) * count + word
     size = (m + 2) * count
 
-    def tally(places: Places, weights: Floats) -> Floats:
+    def tally(places: Indices, weights: Floats) -> Floats:
         sums: Floats = np.bincount(places.ravel(), weights.ravel(), minlength=size).astype(float)
         return sums.reshape(m + 2, count)
 

@@ -14,10 +14,10 @@ from solutions import words_of
 
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy.bounds import FORBIDDEN, UNDECIDED, search
-from orbitdb.entropy.growth import TOLERANCE, automaton, growth
-from orbitdb.entropy.verdicts import Verdict, decide
-from orbitdb.entropy.windows import (
+from orbitdb.entropy_bounds.bounds import FORBIDDEN, UNDECIDED, search
+from orbitdb.entropy_bounds.growth import TOLERANCE, automaton, growth
+from orbitdb.entropy_bounds.verdicts import Verdict, decide
+from orbitdb.entropy_bounds.windows import (
     MAY_FOLLOW,
     MIRROR,
     Windows,
@@ -101,7 +101,7 @@ def test_the_growth_rate_is_enclosed_at_every_step(monkeypatch):
     steps = [(0, 1), (0, 3), (1, 2), (1, 0), (2, 0), (3, 0)]
     origin, target = (np.array([step[k] for step in steps], dtype=np.int32) for k in (0, 1))
     exact = growth(origin, target, 4)
-    monkeypatch.setattr("orbitdb.entropy.growth.MAX_STEPS", 1)
+    monkeypatch.setattr("orbitdb.entropy_bounds.growth.MAX_STEPS", 1)
     first = growth(origin, target, 4)
     assert (first.lower, first.upper) == pytest.approx((0, math.log(2)))
     assert first.lower < exact.lower <= exact.upper < first.upper
@@ -204,7 +204,7 @@ def test_a_level_is_not_started_if_it_would_exceed_the_time(monkeypatch, levels_
         clock[0] += next(left)
         return decide(*work)
 
-    monkeypatch.setattr("orbitdb.entropy.bounds.time.monotonic", lambda: clock[0])
+    monkeypatch.setattr("orbitdb.entropy_bounds.bounds.time.monotonic", lambda: clock[0])
     assert len(list(search(Stadium(1.6), seconds=seconds, judge=judge))) == done
 
 
@@ -222,7 +222,7 @@ def test_extended_windows_keep_their_mark():
 
 @pytest.mark.parametrize(("name", "value"), [("MAX_WINDOW", 6), ("MOST_UNDECIDED", 100)])
 def test_the_search_ends_at_its_size_limits(monkeypatch, name, value):
-    monkeypatch.setattr(f"orbitdb.entropy.bounds.{name}", value)
+    monkeypatch.setattr(f"orbitdb.entropy_bounds.bounds.{name}", value)
     *before, last = search(Stadium())
     size = {"MAX_WINDOW": "window", "MOST_UNDECIDED": "undecided"}[name]
     assert getattr(before[-1], size) <= value <= getattr(last, size)

@@ -13,9 +13,9 @@ from quick import slow_but
 from solutions import words_of
 
 from orbitdb.billiard.legs import cut, half_turns, slacks
-from orbitdb.entropy import verdicts
-from orbitdb.entropy.verdicts import Verdict, corner, decide, solve_corner
-from orbitdb.entropy.windows import (
+from orbitdb.entropy_bounds import verdicts
+from orbitdb.entropy_bounds.verdicts import Verdict, corner, decide, solve_corner
+from orbitdb.entropy_bounds.windows import (
     IN_RUN,
     MAY_FOLLOW,
     MIRROR,

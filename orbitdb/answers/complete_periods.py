@@ -13,18 +13,18 @@ from orbitdb.answers.completeness import gaps, without_births
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import PeriodSums, every_period, faults_of, of_divisors
-from orbitdb.averages.sum_rules import EXACT, SumRules, orbits_of_words, sum_rules, swept_sum_rules
+from orbitdb.averages.sum_rules import ENUMERATED_TO, SumRules, orbits_of_words, sum_rules, swept_sum_rules
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.connection import Connection
 from orbitdb.store.fills import Sweep, moments_of, read_fills, read_sweeps
-from orbitdb.store.query import choose
+from orbitdb.store.query import select_words
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import packed, unpack
 
 
-def read_classes(moment: Connection, selection: Selection, texts: Sequence[str] = ()) -> OrbitClasses:
+def read_classes(connection: Connection, selection: Selection, texts: Sequence[str] = ()) -> OrbitClasses:
     """Return the chosen classes that have a length and lambda (`Catalogue.classes`).
 
     `texts` may name ``symmetry`` and ``representative``, to read them, too.
@@ -35,7 +35,9 @@ def read_classes(moment: Connection, selection: Selection, texts: Sequence[str] 
         raise SelectionError(
             f"only orbits (and boundary) have averages and lengths: leave out status {', '.join(without)}"
         )
-    chosen = choose(moment, selection, columns=("p", "class_size", "length", "lyapunov", "walls", *texts))
+    chosen = select_words(
+        connection, selection, columns=("p", "class_size", "length", "lyapunov", "walls", *texts)
+    )
     p, size, walls = (chosen.values[name].astype(np.int64) for name in ("p", "class_size", "walls"))
     length, lyapunov = (chosen.values[name].astype(np.float64) for name in ("length", "lyapunov"))
     return OrbitClasses(
@@ -113,7 +115,7 @@ class Periods:
 
 
 @dataclass(frozen=True, kw_only=True)
-class WholePeriods(Periods):
+class CompletePeriods(Periods):
     """The chosen classes of all filled periods, and the sums over the orbits of swept periods.
 
     Attributes
@@ -153,9 +155,9 @@ def with_lower(chosen: Selection) -> Selection:
     return replace(chosen, periods=((2, highest),)) if chosen.periods else chosen
 
 
-def read_whole(
-    moment: Connection, chosen: Selection, swept: bool = False, lower: bool = False
-) -> WholePeriods:
+def read_complete_periods(
+    connection: Connection, chosen: Selection, swept: bool = False, lower: bool = False
+) -> CompletePeriods:
     """Return the chosen classes of the filled periods.
 
     If `swept` and all orbits are chosen, include swept periods without rows. If `lower`, include the periods
@@ -164,31 +166,31 @@ def read_whole(
     if not chosen.statuses:
         chosen = replace(chosen, statuses=(Status.ORBIT,))
     wide = with_lower(chosen) if lower else chosen
-    unborn = tuple(without_births(moment, wide))
-    fills = [fill.p for fill in read_fills(moment, wide.a) if fill.whole and wide.includes(fill.p)]
+    unborn = tuple(without_births(connection, wide))
+    fills = [fill.p for fill in read_fills(connection, wide.a) if fill.complete and wide.includes(fill.p)]
     filled = [p for p in fills if p not in unborn]
-    sweeps = read_sweeps(moment, wide.a) if swept and all_orbits(wide) else []
+    sweeps = read_sweeps(connection, wide.a) if swept and all_orbits(wide) else []
     counted = {
         sweep.p: sweep
         for sweep in sweeps
         if wide.includes(sweep.p) and sweep.p not in filled and sweep.sums is not None
     }
-    classes = read_classes(moment, replace(wide, periods=tuple((p, p) for p in filled) or ((0, 0),)))
+    classes = read_classes(connection, replace(wide, periods=tuple((p, p) for p in filled) or ((0, 0),)))
     periods = tuple(sorted([*filled, *counted]))
-    return WholePeriods(chosen, wide, periods, unborn, classes=classes, swept=counted,
+    return CompletePeriods(chosen, wide, periods, unborn, classes=classes, swept=counted,
                         moments=moments_of(sweeps))  # fmt: skip
 
 
 def read_noted(
-    moment: Connection, chosen: Selection, notes: list[str], swept: bool, lower: bool = True
-) -> WholePeriods | None:
-    """Return the chosen classes of complete periods, with those of lower periods (`read_whole`).
+    connection: Connection, chosen: Selection, notes: list[str], swept: bool, lower: bool = True
+) -> CompletePeriods | None:
+    """Return the chosen classes of complete periods, with those of lower periods (`read_complete_periods`).
 
     Return None if the chosen periods contain no orbit. Notes on what is left out are added to `notes`.
     """
-    subset = read_whole(moment, chosen, swept, lower)
+    subset = read_complete_periods(connection, chosen, swept, lower)
     empty = {*subset.classes.p.tolist(), *subset.swept}.isdisjoint(subset.shown)
-    notes += gaps(moment, subset.selection, left_out=True, from_sweeps=subset.swept, empty=empty)
+    notes += gaps(connection, subset.selection, left_out=True, from_sweeps=subset.swept, empty=empty)
     return None if empty else subset
 
 
@@ -198,20 +200,20 @@ def all_orbits(chosen: Selection) -> bool:
     return alone == Selection(chosen.a, chosen.periods)
 
 
-def why_no_sum_rules(subset: WholePeriods) -> str:
+def why_no_sum_rules(subset: CompletePeriods) -> str:
     """Return the reason why some periods of a subset have no sum rules; '' if all have them."""
     if subset.part or not all_orbits(subset.selection):
         return "sum rules are for all orbits up to a period, not for a part of them"
     if missing := subset.missing:
         are = "is" if len(missing) == 1 else "are"
         return f"sum rules need all orbits up to a period; p = {', '.join(map(str, missing))} {are} missing"
-    last = EXACT + len(subset.moments)
+    last = ENUMERATED_TO + len(subset.moments)
     if subset.swept and subset.highest > last:
         return f"sum rules end at p = {last}: {last + 1} was swept before all lower periods were"
     return ""
 
 
-def sum_rules_of(subset: WholePeriods) -> SumRules | None:
+def sum_rules_of(subset: CompletePeriods) -> SumRules | None:
     """Return the averages of complete periods by sum rules, or None if there are none."""
     if subset.part or subset.missing or not all_orbits(subset.selection):
         return None

@@ -8,11 +8,11 @@ from quick import slow_but
 
 from orbitdb.billiard.legs import direction_limits
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy import proof as module
-from orbitdb.entropy.bounds import search
-from orbitdb.entropy.proof import Proof, condition_in_balls, limits_hold, proved
-from orbitdb.entropy.verdicts import Decision, Verdict, corner, decide, solve_corner
-from orbitdb.entropy.windows import MIRROR, Windows, extended, first_windows, open_chains
+from orbitdb.entropy_bounds import proof as module
+from orbitdb.entropy_bounds.bounds import search
+from orbitdb.entropy_bounds.proof import Proof, condition_in_balls, limits_hold, proved
+from orbitdb.entropy_bounds.verdicts import Decision, Verdict, corner, decide, solve_corner
+from orbitdb.entropy_bounds.windows import MIRROR, Windows, extended, first_windows, open_chains
 
 OPPOSITE = np.array([Verdict.UNDECIDED, Verdict.FORBIDDEN, Verdict.ALLOWED], dtype=np.uint8)
 
