@@ -168,6 +168,13 @@ def read_file(path: Path, name: str) -> "Table":
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "not text"
         raise InputError(f"{path}: {why}; give a file with one level per line") from None
+    try:
+        return _levels_in(text, path, name)
+    except csv.Error as error:
+        raise InputError(f"{path} is no table ({error}); give a file with one level per line") from None
+
+
+def _levels_in(text: str, path: Path, name: str) -> "Table":
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
     mark = next((mark for mark in "\t;, " if lines and mark in lines[0]), ",")
     bare = not lines or _number(lines[0].split(mark)[0]) is not None

@@ -85,7 +85,9 @@ def execute(arguments: list[str]) -> int:
     remember(arguments)
     try:
         from orbitdb.cli.app import call
+        from orbitdb.cli.output import show_warnings
 
+        show_warnings()
         result = call(arguments)
         sys.stdout.flush()
     except KeyboardInterrupt:

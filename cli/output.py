@@ -1,5 +1,6 @@
 """Data on stdout in the requested format, and notes and progress on stderr."""
 
+import logging
 import math
 import os
 import re
@@ -20,7 +21,7 @@ from orbitdb.answers.export import TEXT_WRITERS
 from orbitdb.cli.advice import completed
 from orbitdb.errors import InputError
 from orbitdb.progress import Tell, aside, nobody, shown
-from orbitdb.text import as_sure, format_float, line, outward, printable, upwards
+from orbitdb.text import as_sure, format_float, joined, line, outward, printable, upwards
 
 
 class Format(StrEnum):
@@ -64,6 +65,25 @@ def note(message: str) -> None:
     """Write a message as one line to stderr, if possible."""
     with aside(), suppress(OSError):
         print(line(completed(message)), file=sys.stderr)
+
+
+def notes(messages: Iterable[str]) -> None:
+    """Write messages as notes; those that say the same of many values of a become one."""
+    for message in joined(messages):
+        note(message)
+
+
+class _Notes(logging.Handler):
+    """Writes what the library logs as notes."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        note(record.getMessage())
+
+
+def show_warnings() -> None:
+    """Show as notes what the library logs, such as that it waits for another process."""
+    logger = logging.getLogger("orbitdb")
+    logger.handlers, logger.propagate = [_Notes(logging.WARNING)], False
 
 
 def progress(

@@ -26,7 +26,7 @@ from orbitdb.store.lookup import (
     find_word,
     with_existence,
 )
-from orbitdb.store.paths import default_path, home_expanded
+from orbitdb.store.paths import default_path, home_expanded, network_disk
 from orbitdb.store.selection import (
     Criteria,
     Selection,
@@ -140,6 +140,16 @@ class Catalogue:
     def missing(self) -> bool:
         """Whether there is no file yet (`missing_ok`)."""
         return not self._file.there()
+
+    @property
+    def warning(self) -> str | None:
+        """A line that says why the file should be filled elsewhere: it is on a network disk; else None."""
+        if (kind := network_disk(self.path)) is None:
+            return None
+        return (
+            f"{self.path} is on a network disk ({kind}), where SQLite's journal works on one machine at a "
+            "time: use it from one machine only, or fill on a local disk and copy the file afterwards"
+        )
 
     @property
     def a(self) -> float:
@@ -640,6 +650,32 @@ class Catalogue:
 
         with telling(progress, "dataset") as tell, self.snapshot() as connection:
             return write_dataset(connection, Path(folder), self._several(selection, criteria), force, tell)
+
+    def copy(self, target: Path | str, *, force: bool = False) -> None:
+        """Copy the whole catalogue to a new file, as it is at this moment, even while others write to it.
+
+        Parameters
+        ----------
+        target : path-like
+        force : bool, optional
+            Whether to replace an existing file; a catalogue or another SQLite file is never replaced.
+
+        Raises
+        ------
+        ExportError
+            If the file must not be replaced.
+        StoreError
+            If the disk has no room, or the file cannot be written.
+        """
+        from orbitdb.answers.export import check_space, check_target, complete
+        from orbitdb.store.file import copy_into, size_of
+
+        path = home_expanded(target)
+        check_target(path, force)
+        with self.snapshot() as connection:
+            check_space(path, size_of(connection), "the copy takes")
+            with complete(path) as draft:
+                copy_into(connection, draft)
 
     def identify(
         self,

@@ -7,7 +7,8 @@ Closed forms are recognised numerically, without proof.
 
 import math
 import re
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_UP, Context, Decimal
 from fractions import Fraction
 
@@ -43,6 +44,22 @@ def shortened(text: str, most: int = 40) -> str:
 def several(count: int, one: str, many: str | None = None) -> str:
     """Return a count with its noun, such as ``1 orbit`` or ``2 orbits``."""
     return f"{count} {one if count == 1 else many or one + 's'}"
+
+
+_FEW = 3
+_HALF_LENGTH = re.compile(r"(?<=\ba = )[^ ,;:()']+|(?<=--a )[^ ']+")
+
+
+def joined(lines: Iterable[str]) -> Iterator[str]:
+    """Yield lines in order; of many that differ only in a half length, only the first, with their number."""
+    every = [(text, _HALF_LENGTH.sub("a", text)) for text in lines]
+    counts, last = Counter(pattern for _, pattern in every), {pattern: text for text, pattern in every}
+    for text, pattern in every:
+        if counts[pattern] <= _FEW or text == pattern:
+            yield text
+        elif pattern in last:
+            end = next(iter(_HALF_LENGTH.findall(last.pop(pattern))))
+            yield f"{text}; likewise at {counts[pattern] - 1} other values of a, the last {end}"
 
 
 def cell(value: object) -> object:
@@ -105,6 +122,10 @@ def format_float(a: float) -> str:
     return f"{a:g}" if float(f"{a:g}") == a else repr(a)
 
 
+_UPWARDS = Context(prec=2, rounding=ROUND_UP)
+"""Two digits, rounded up, whatever context this program's caller has set."""
+
+
 def between(lower: float, name: str, upper: float) -> str:
     """Format a name between the proved bounds on its value, rounded outward."""
     return f"{outward(lower, ROUND_FLOOR)} < {name} < {outward(upper, ROUND_CEILING)}"
@@ -113,12 +134,12 @@ def between(lower: float, name: str, upper: float) -> str:
 def outward(value: float, rounding: str, places: int = 8) -> str:
     """Format a proved bound with some decimals, rounded in the given direction."""
     own = Context(prec=400)  # whatever precision this program's caller has set
-    return f"{Decimal(value).quantize(Decimal((0, (1,), -places)), rounding, own):f}"
+    return f"{Decimal.from_float(value).quantize(Decimal((0, (1,), -places)), rounding, own):f}"
 
 
 def upwards(bound: float, more: float = 0.0) -> str:
     """Format the sum of a bound and `more` with two digits, rounded up so that it remains a bound."""
-    total = Context(prec=2, rounding=ROUND_UP).add(Decimal(bound), Decimal(more))
+    total = _UPWARDS.add(Decimal.from_float(bound), Decimal.from_float(more))
     return f"{float(total):.1e}"
 
 
@@ -141,9 +162,9 @@ def concise(value: float | None, error: float | None) -> str | None:
     """Format a value with two digits of its error, rounded up, in brackets; 0.88677(22) means +- 0.00022."""
     if value is None or error is None or not 0 < error < math.inf:
         return None if value is None else f"{value:z.6f}"
-    digits = Context(prec=2, rounding=ROUND_UP).plus(Decimal(error))
+    digits = _UPWARDS.plus(Decimal.from_float(error))
     decimals = max(0, -int(digits.as_tuple().exponent))
-    return f"{value:z.{decimals}f}({round(digits.scaleb(decimals))})"
+    return f"{value:z.{decimals}f}({round(digits.scaleb(decimals, _UPWARDS))})"
 
 
 def gigabytes(count: float) -> str:

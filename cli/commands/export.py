@@ -12,12 +12,12 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import HalfLengths, SelectionOptions, many_a
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_by_bounce
-from orbitdb.cli.output import note, progress
+from orbitdb.cli.output import note, notes, progress
 from orbitdb.cli.reading import asked_columns, reading
 from orbitdb.columns import WRITTEN, Row
 from orbitdb.errors import InputError
 from orbitdb.progress import Tell
-from orbitdb.text import several
+from orbitdb.text import gigabytes, several
 
 EXAMPLES = (
     "export orbits.parquet --status orbit",
@@ -25,11 +25,14 @@ EXAMPLES = (
     "export bounces.parquet --p 5 --status orbit --bounces",
     "export --format jsonl --p 11 --status orbit | jq .length",
     "export stadium-data --dataset --p 2-11",
+    "export copy.db",
 )
 AFTERWORD = "'orbitdb columns' explains the columns."
 _BETWEEN_TELLING = 1000
 _PLACED = ("a", "code", "coordinates")
 COORDINATES = "coordinates"
+COPY = ".db"
+"""How the name of a copy of the whole catalogue ends."""
 
 
 def export(
@@ -40,7 +43,7 @@ def export(
         typer.Argument(
             metavar="[FILE]",
             parser=options.read_path,
-            help="Name ending in .csv, .tsv, .json, .jsonl or .parquet; none or - writes to stdout.",
+            help="Name ending in .csv, .tsv, .json, .jsonl, .parquet or .db; none or - writes to stdout.",
         ),
     ] = None,
     a: options.StoredHalfLengths = None,
@@ -74,7 +77,8 @@ def export(
     their periods were only partly filled. With --dataset, FILE is a folder that others can load: a Data
     Package, version 2. It contains the chosen words of every completely filled period, with coordinates,
     at every stored a unless you name some; its classes, births, counts, averages, bounds and levels are not
-    limited to these words.
+    limited to these words. A name ending in .db makes a copy of the whole catalogue, as it is at one moment,
+    even while other commands write to it.
     """
     from orbitdb.answers import export as files
 
@@ -82,6 +86,10 @@ def export(
         choosing = (field.name for field in fields(SelectionOptions))
         options.takes_only(context, "with --dataset", "file", "dataset", "a", *choosing)
         _write_dataset(file, a, choice, force, db)
+        return
+    if file is not None and file.suffix.lower() == COPY:
+        options.takes_only(context, f"with {file.name}, which is a copy of the whole catalogue", "file")
+        _copy(file, force, db)
         return
     if file is None or file == files.STDOUT:
         options.refuse_idle(context, "on stdout", "force")
@@ -98,9 +106,8 @@ def export(
     with reading(db, a, choice) as (catalogue, stadiums):
         listing = catalogue.rows(stadiums, columns=(*names, *last), order=order, limit=limit, classes=classes)
         with progress("sorting"):
-            notes, absent = listing.notes, listing.absent
-        for text in notes:
-            note(f"{text}: nothing is written" if text in absent else text)
+            said, absent = listing.notes, listing.absent
+        notes(f"{text}: nothing is written" if text in absent else text for text in said)
         rows = bounce_by_bounce(iter(listing)) if bounces else iter(listing)
         names += BOUNCE_COLUMNS if bounces else last
         first = next(rows, None)
@@ -121,6 +128,14 @@ def export(
         note(f"{several(count, 'row')} written: {listing.describe()}, in {file}")
 
 
+def _copy(file: Path, force: bool, db: Path) -> None:
+    from orbitdb.catalogue import Catalogue
+
+    with progress("copying"), Catalogue(db) as catalogue:
+        catalogue.copy(file, force=force)
+    note(f"{gigabytes(file.stat().st_size)} copied from {db}, in {file}")
+
+
 def _write_dataset(
     folder: Path | None, a: Sequence[HalfLengths] | None, choice: SelectionOptions, force: bool, db: Path
 ) -> None:
@@ -129,8 +144,7 @@ def _write_dataset(
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
     with reading(db, a or [HalfLengths()], choice) as (catalogue, stadiums), progress("dataset") as shown:
         dataset = catalogue.write_dataset(folder, stadiums, force=force, progress=shown)
-    for text in dataset.notes:
-        note(f"{text}: nothing is written" if text in dataset.absent else text)
+    notes(f"{text}: nothing is written" if text in dataset.absent else text for text in dataset.notes)
     if not dataset.words:
         raise typer.Exit(1)
     note(f"{dataset.description}, in {folder}")

@@ -23,6 +23,7 @@ from orbitdb.text import format_float, gigabytes, several
 
 if TYPE_CHECKING:
     from orbitdb.answers.results import Births
+    from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import Need
     from orbitdb.filling.workers import Workers
 
@@ -128,6 +129,12 @@ def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
         note(f"{span}: {several(coming.words, 'word')} to solve, {about(coming.seconds)}{room}, in {db}")
 
 
+def warn_of(catalogue: "Catalogue") -> None:
+    """Note why the file should be filled elsewhere, if it should."""
+    if catalogue.warning:
+        note(catalogue.warning)
+
+
 def fill(
     *,
     context: typer.Context,
@@ -173,6 +180,7 @@ def fill(
         return
     catalogue.check_room(coming)
     start = time.monotonic()
+    warn_of(catalogue)
     with solvers.cluster() as workers:
         bring(db)
         with progress(span, expected=coming.seconds) as shown:
@@ -231,6 +239,7 @@ def sweep(
     if dry_run:
         return
     start = time.monotonic()
+    warn_of(catalogue)
     with solvers.cluster() as workers:
         bring(db)
         with progress(span, expected=coming.seconds) as shown:
@@ -304,5 +313,6 @@ def _fill_births(periods: Sequence[int], db: Path, jobs: int | None) -> None:
     start, span = time.monotonic(), f"births, p = {written(periods)}"
     bring(db)
     with Catalogue(db) as catalogue, progress(span) as shown:
+        warn_of(catalogue)
         catalogue.fill_births(periods, jobs=jobs, progress=shown)
     note(f"{span}: {time.monotonic() - start:.1f} s, in {db}")

@@ -154,8 +154,7 @@ def plot(
         for line in error.lines:
             note(line)
         raise typer.Exit(1) from None
-    for line in made.notes:
-        note(line)
+    notes(made.notes)
     if title is not None:
         style.entitle(made, title)
     label = str(made.get_label())

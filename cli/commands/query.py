@@ -12,7 +12,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import HalfLengths, SelectionOptions, many_a
-from orbitdb.cli.output import Format, Output, code_text, note, wrap_after, write_facts
+from orbitdb.cli.output import Format, Output, code_text, note, notes, wrap_after, write_facts
 from orbitdb.cli.reading import asked_columns, given_codes, primitive, reading, solving
 from orbitdb.columns import EVERY, GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
@@ -87,8 +87,7 @@ def query(
         listing = catalogue.rows(
             stadiums, columns=names, order=order, limit=limit, offset=offset, classes=classes
         )
-        for text in listing.notes:
-            note(text)
+        notes(listing.notes)
         total = listing.total
         on_screen = output.table and limit is None
         count = output.write(names, listing.head(options.ON_SCREEN) if on_screen else listing)

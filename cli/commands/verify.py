@@ -12,7 +12,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import Output, note, progress
+from orbitdb.cli.output import Output, note, notes, progress
 from orbitdb.text import several
 
 if TYPE_CHECKING:
@@ -96,8 +96,7 @@ def verify(
             chosen, sample=sample, restarts=restarts, seed=seed, births=births, rigorous=rigorous, jobs=jobs,
             progress=shown,
         )  # fmt: skip
-    for text in found.notes:
-        note(text)
+    notes(found.notes)
     _report(found.checks, catalogue.path, start, restarts, output)
 
 

@@ -293,5 +293,13 @@ def complete_folder(path: Path) -> Iterator[Path]:
     finally:
         if replaced.exists() and not folder.exists():
             os.rename(replaced, folder)
-        for rest in (draft, replaced):
-            shutil.rmtree(rest, ignore_errors=True)
+        try:
+            _remove(draft, replaced)
+        except BaseException:  # a signal, after which no other one disturbs
+            _remove(draft, replaced)
+            raise
+
+
+def _remove(*folders: Path) -> None:
+    for folder in folders:
+        shutil.rmtree(folder, ignore_errors=True)

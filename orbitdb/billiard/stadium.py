@@ -6,6 +6,7 @@ that y = sin t on both sides.
 """
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from decimal import Decimal
 from numbers import Real
@@ -37,11 +38,13 @@ class StadiumError(InputError):
 
 def _half_length(a: Any) -> float:
     """Return a half length as a float; raise `StadiumError` if it is not valid."""
-    number = isinstance(a, Real | Decimal) and not isinstance(a, bool)
-    if isinstance(a, np.floating) and not isinstance(a, float):
-        a = float(str(a))  # what is written as 1.6 is 1.6 in single precision, too
-    if number and MIN_A <= a <= MAX_A:
-        return float(a)
+    number = math.nan
+    if isinstance(a, Real | Decimal) and not isinstance(a, bool):
+        narrow = isinstance(a, np.floating) and not isinstance(a, float)
+        with suppress(ValueError, OverflowError):
+            number = float(str(a)) if narrow else float(a)  # 1.6 in single precision stands for 1.6, too
+    if MIN_A <= number <= MAX_A:
+        return number
     given = f"{a!r:.40}" if isinstance(a, str) else f"{a!s:.40}"  # quotes show that it is a string
     raise StadiumError(f"a = {given} is not a half length: give a number from {MIN_A:g} to {MAX_A:g}")
 

@@ -4,9 +4,10 @@ SQLite keeps the latest changes in a journal, ``orbits.db-wal``, until it moves 
 the journal by name alone. If a killed process leaves a journal behind, and another file is then copied over
 the catalogue, SQLite would apply the journal to that file. To notice this, every transaction of
 `orbitdb.store.writing.Writer` increases a counter in the row of its run. A journal belongs to a file if it
-contains the file's last run, with at least the same number of commits.
+contains the file's last run, with at least the same number of commits, and every commit since then.
 """
 
+import logging
 import os
 import sqlite3
 import time
@@ -31,10 +32,10 @@ from orbitdb.symbols.words import WordError, contains_cyclic, least_rotation, pa
 
 __all__ = ["ClosedError", "Connection"]  # of SQLAlchemy, for all that ask the store
 
-BUSY_TIMEOUT = 5.0
-"""Seconds that SQLite waits for a lock."""
+BUSY_TIMEOUT = 2.0
+"""Seconds that SQLite waits for a lock; a writer that waits for longer says so."""
 
-_TURNS = 12
+_TURNS = 30
 """Number of such waits after which a writer gives up; parallel fills hold the lock most of the time."""
 
 STEPS_BETWEEN_SIGNALS = 1_000_000
@@ -194,7 +195,7 @@ def open_to_write(path: Path, references: bool = True, create: bool = False) -> 
     driver = _open_own(path, uri_of(path, "rwc" if create else "rw"))
     try:
         driver.execute(f"PRAGMA page_size = {PAGE_SIZE}")  # for a new file; others keep their page size
-        waiting(lambda: driver.execute("PRAGMA journal_mode = WAL"))
+        waiting(lambda: driver.execute("PRAGMA journal_mode = WAL"), path)
         driver.execute("PRAGMA synchronous = NORMAL")
         driver.execute("PRAGMA wal_autocheckpoint = 0")
         driver.execute(
@@ -251,13 +252,13 @@ def make_engine(creator: Callable[[], Driver], begin: str, pool: type[Pool], **o
 
     def start(connection: sa.Connection) -> None:
         driver = driver_of(connection)
-        waiting(lambda: driver.execute(begin))
+        waiting(lambda: driver.execute(begin), driver.path)
 
     sa.event.listen(engine, "begin", start)
     return engine
 
 
-def waiting(ask: Callable[[], object]) -> None:
+def waiting(ask: Callable[[], object], path: Path) -> None:
     """Call `ask` until it gets a lock or the time is up; Ctrl-C works between attempts."""
     deadline = time.monotonic() + _TURNS * BUSY_TIMEOUT
     while True:
@@ -267,7 +268,15 @@ def waiting(ask: Callable[[], object]) -> None:
         except sqlite3.OperationalError as error:
             if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
                 raise
+        if time.monotonic() >= deadline - (_TURNS - 1) * BUSY_TIMEOUT:
+            _say_waiting(path)
         time.sleep(0.01)  # because SQLite itself does not wait before it changes the journal mode
+
+
+@cache
+def _say_waiting(path: Path) -> None:
+    """Log, once for each file, that another process keeps this one waiting."""
+    logging.getLogger("orbitdb").warning("waiting for another process that writes to %s", path)
 
 
 JOURNAL_LIMIT = 16 << 20
@@ -304,26 +313,54 @@ def _journal_size(path: Path) -> int:
 
 
 def _continues(path: Path) -> bool:
-    """Tell whether a journal continues its file, that is, contains the last run recorded in the file.
+    """Tell whether a journal continues its file: it has the file's last run, and all transactions since then.
 
-    Neither connection can write, because the last one to close would move the journal into the file.
+    An older copy of the file has this run, too, but lacks transactions that were moved into the file before
+    the journal began. Others may write meanwhile, so the file is read once before the journal and once after
+    it. No connection can write, because the last one to close would move the journal into the file.
     """
-    with (
-        closing(open_sqlite(uri_of(path) + "&immutable=1")) as alone,
-        closing(open_sqlite(uri_of(path))) as whole,
-    ):
-        try:
-            query = "SELECT id, started, commits FROM run ORDER BY id DESC LIMIT 1"
-            last = alone.execute(query).fetchone()
-        except (sqlite3.Error, UnicodeDecodeError):
-            return True  # nothing to compare: damaged, or the first pages are still in the journal
-        same = "SELECT 1 FROM run WHERE id = ? AND started = ? AND commits >= ?"
-        try:
-            return not last or whole.execute(same, last).fetchone() is not None
-        except sqlite3.OperationalError as error:
-            return "no such table" not in str(error)  # locked, or no permission; opening it will say so
-        except (sqlite3.DatabaseError, UnicodeDecodeError):
+    alone = uri_of(path) + "&immutable=1"
+    last = "SELECT id, started, commits FROM run ORDER BY id DESC LIMIT 1"
+    same = "SELECT 1 FROM run WHERE id = ? AND started = ? AND commits >= ?"
+    every = "SELECT coalesce(sum(commits), 0) FROM run"
+    try:
+        known = _row_of(alone, last)
+    except _UNREADABLE:
+        return True  # nothing to compare: damaged, or the first pages are still in the journal
+    try:
+        if known and not _row_of(uri_of(path), same, known):
             return False
+        (written,) = _row_of(uri_of(path), every)
+    except sqlite3.OperationalError as error:
+        return "no such table" not in str(error)  # locked, or no permission; opening it will say so
+    except _UNREADABLE:
+        return False
+    try:
+        in_journal = _transactions_in(journal_files(path)[0])
+        (moved,) = _row_of(alone, every)
+    except (OSError, *_UNREADABLE):
+        return True  # another process is moving the journal
+    return int(written) - int(moved) <= in_journal
+
+
+_UNREADABLE = (sqlite3.Error, UnicodeDecodeError)
+
+
+def _row_of(uri: str, query: str, values: tuple[Any, ...] = ()) -> Any:
+    with closing(open_sqlite(uri)) as driver:
+        return driver.execute(query, values).fetchone()
+
+
+def _transactions_in(journal: Path) -> int:
+    """Return the number of transactions in a journal, whose format is https://sqlite.org/fileformat2.html#walformat."""
+    count = 0
+    with open(journal, "rb") as file:
+        header = file.read(32)
+        page, salt = int.from_bytes(header[8:12], "big"), header[16:24]
+        while (frame := file.read(24))[8:16] == salt and salt:
+            count += any(frame[4:8])  # the last page of a transaction has the size of the file there
+            file.seek(page, os.SEEK_CUR)
+    return count
 
 
 def read_alone(path: Path) -> bool:
@@ -364,17 +401,18 @@ def remedy(path: Path, message: str) -> str:
     journal = journal_files(path)[0]
     away = f"; remove {journal} before you copy" if journal.exists() else ""
     damaged = f"{path} is damaged: restore a copy, or move it away and fill a new one{away}"
+    room = "delete other files (deleting from a catalogue needs room, too)"
     remedies = {
         "locked": f"{path} is in use by another process that writes: try again when it has finished",
         "readonly": f"{path} cannot be written: check its permissions, or name another file",
         "unable to open": f"{path} cannot be opened: check its permissions, and those of its folder",
-        "disk is full": f"no space left for {path}: delete other files (deleting from a catalogue needs "
-        "room, too), then run the same command again to continue",
+        "disk is full": f"no space left for {path}: {room}, then run the same command again to continue",
         "malformed": damaged,
         "decode to UTF-8": damaged,
         "no such table": damaged,
         "no such column": damaged,
         "not a database": f"{path} is not an orbitdb catalogue: name another file",
-        "disk I/O": f"{path} cannot be read or written (disk I/O error): check that the disk has room",
+        "disk I/O": f"{path} cannot be read or written (disk I/O error): check that the disk has room; "
+        f"if not, {room}",
     }
     return next((line for part, line in remedies.items() if part in message), f"{path}: {message}")

@@ -280,6 +280,25 @@ def reading(path: Path | str | None = None) -> Iterator[sa.Connection]:
         store.close()
 
 
+def copy_into(connection: sa.Connection, path: Path) -> None:
+    """Copy the catalogue that a snapshot sees into a new file, which gets no journal."""
+    driver = driver_of(connection)
+    with plain_errors(path), closing(sqlite3.connect(uri_of(path, "rwc"), uri=True)) as whole:
+        whole.execute("PRAGMA journal_mode = OFF")
+        whole.execute("PRAGMA synchronous = OFF")
+        driver.backup(whole, pages=_PAGES_A_STEP, progress=lambda *_: None, sleep=0)
+
+
+_PAGES_A_STEP = 1000
+"""Pages that are copied before Python can handle a signal; all are those of the same snapshot."""
+
+
+def size_of(connection: sa.Connection) -> int:
+    """Return the size in bytes of the file that a snapshot sees, with what is still in its journal."""
+    driver = driver_of(connection)
+    return _pragma(driver, "page_count") * _pragma(driver, "page_size")
+
+
 # creating and upgrading
 
 

@@ -4,6 +4,7 @@ This module does not import NumPy or SQLAlchemy, so that commands without a cata
 """
 
 import os
+import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -112,3 +113,37 @@ def remove_journal_of(path: Path, opened: FileId | None, journal: dict[Path, Fil
         for part, was in journal.items():
             if was is not None and was.is_same(file_id(part)):
                 part.unlink(missing_ok=True)
+
+
+NETWORK_DISKS = {
+    *("9p", "afs", "beegfs", "ceph", "cifs", "coda", "fhgfs", "gfs2", "glusterfs", "gpfs", "lustre", "ncpfs"),
+    *("nfs", "nfs4", "ocfs2", "orangefs", "panfs", "pvfs2", "smb3", "smbfs", "virtiofs", "wekafs"),
+    *("fuse.beegfs", "fuse.ceph", "fuse.glusterfs", "fuse.juicefs", "fuse.rclone", "fuse.s3fs", "fuse.sshfs"),
+}
+"""Types of file systems that several machines can use; SQLite's journal works on only one of them."""
+
+
+def disk_type(path: Path, mounts: str) -> str | None:
+    """Return the type of the file system of an absolute path, given the text of ``/proc/mounts``.
+
+    It is that of the longest mount point that contains the path; of several there, that of the last one.
+    """
+    kinds: dict[Path, str] = {}
+    for line in mounts.splitlines():
+        _, place, kind, *_ = line.split(" ")
+        kinds[Path(_OCTAL.sub(lambda match: chr(int(match[1], 8)), place))] = kind
+    return next((kinds[point] for point in (path, *path.parents) if point in kinds), None)
+
+
+_OCTAL = re.compile(r"\\([0-7]{3})")
+"""How the system writes blanks in the names of folders."""
+
+
+def network_disk(path: Path) -> str | None:
+    """Return the type of the file system of a path if it is a network disk, or None."""
+    try:
+        mounts = Path("/proc/mounts").read_text(encoding="utf-8", errors="surrogateescape")
+    except OSError:  # not on Linux
+        return None
+    kind = disk_type(Path(os.path.realpath(path)), mounts)
+    return kind if kind in NETWORK_DISKS else None

@@ -7,6 +7,7 @@ version that wrote them, for other programs; every reading connection of this pr
 """
 
 from collections.abc import Mapping
+from decimal import Context, localcontext
 from functools import cache
 from typing import Any
 
@@ -159,13 +160,14 @@ def view_texts() -> dict[str, str]:
     """Return the CREATE statements of the views by name, as SQLite stores them."""
     from sqlalchemy.dialects.sqlite import dialect
 
-    return {name: str(view.compile(dialect=dialect())).strip() for name, view in VIEWS.items()}
+    with localcontext(Context()):  # SQLAlchemy writes numbers with decimal, whose context may be a caller's
+        return {name: str(view.compile(dialect=dialect())).strip() for name, view in VIEWS.items()}
 
 
 def create_views(connection: Connection) -> None:
     """Create the views in a file."""
-    for view in VIEWS.values():
-        connection.execute(view)
+    for text in view_texts().values():
+        connection.exec_driver_sql(text)
 
 
 def drop_views(connection: Connection) -> None:

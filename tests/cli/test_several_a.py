@@ -6,6 +6,8 @@ import json
 
 import pytest
 
+from orbitdb.text import joined
+
 COMMANDS = [
     ("table --p 2-6", "all"),
     pytest.param("entropy --p 2-5", "1.6 1", marks=pytest.mark.slow),
@@ -84,3 +86,24 @@ def test_several_a_succeed_if_one_of_them_has_rows(cli, varied, command):
     assert "at a = 3" in found.err
     none = cli(*asked, "--a", "2", "--a", "3")
     assert (none.code, none.out) == (1, "")
+
+
+@pytest.mark.parametrize("command", ["table", "entropy", "query --p 3", "export --format csv"])
+def test_what_is_missing_at_many_a_is_one_line(cli, varied, command):
+    outcome = cli(*command.split(), "--a", "0.5:0.9:200", "--db", str(varied))
+    assert outcome.says(1, "filled at a = 0.5 (", "likewise at 199 other values of a, the last 0.9")
+    outcome = cli(*command.split(), "--a", "0.5:0.9:3", "--db", str(varied))
+    assert (outcome.code, outcome.err.count("\n")) == (1, 3)
+
+
+def test_lines_about_different_things_stay_apart():
+    said = [f"at a = {a}: {what}" for a in range(5) for what in ("x", f"{a} words", "y")]
+    few = [f"period {p} at a = 1" for p in range(2, 9)]
+    assert list(joined([*said, *few])) == [
+        "at a = 0: x; likewise at 4 other values of a, the last 4",
+        "at a = 0: 0 words",
+        "at a = 0: y; likewise at 4 other values of a, the last 4",
+        *(f"at a = {a}: {a} words" for a in range(1, 5)),
+        *few,
+    ]
+    assert list(joined(["same"] * 9)) == ["same"] * 9

@@ -1,5 +1,6 @@
 """A full disk or a write-protected file gives a one-line error and exit code 3; nothing is half-written."""
 
+import contextlib
 import ctypes
 import os
 import shutil
@@ -85,6 +86,21 @@ def test_a_fill_resumes_after_the_disk_was_full(filled, disk, size):
     disk(2000)
     assert run(*arguments).returncode == 0
     assert content(path) == content(filled)
+
+
+def test_a_catalogue_on_a_full_disk_can_still_be_read(filled, disk):
+    """There is no room for the index of a journal, which SQLite makes even to read."""
+    path = Path(shutil.copy(filled, disk(filled.stat().st_size // 1024 + 40)))
+    before = content(path)
+    with open(path.with_name("rest"), "wb", buffering=0) as rest, contextlib.suppress(OSError):
+        while True:
+            rest.write(bytes(1024))
+    for _ in range(2):
+        found = run_several(READING, path)
+        assert [(code, err) for _, code, err in found if code] == []
+        fails(run("delete", "--a", "1.6", "--p", "8", "--yes", "--db", path), "delete other files")
+    path.with_name("rest").unlink()
+    assert content(path) == before
 
 
 @pytest.mark.parametrize("size", fuzz_but([150_000], [0, 50_000, 225_000, 150_000]))

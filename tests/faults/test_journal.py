@@ -15,6 +15,7 @@ from orbitdb import Catalogue, StoreError
 from orbitdb.filling.fill import fill_periods
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
+from orbitdb.store.tables import PAGE_SIZE
 from orbitdb.store.writing import Writer, delete
 from orbitdb.verification.verify import verified
 
@@ -167,7 +168,8 @@ def test_the_journal_of_a_killed_process_is_recovered(filled, tmp_path, cli):
 
 
 @pytest.mark.parametrize(
-    "which", ["another catalogue", "an earlier copy", "a later copy", "a copy from the same run"]
+    "which",
+    ["another catalogue", "an older copy", "an earlier copy", "a later copy", "a copy from the same run"],
 )
 def test_the_journal_of_another_file_is_refused(filled, tmp_path, cli, which):
     other = tmp_path / "other.db"
@@ -202,6 +204,21 @@ def test_the_journal_of_another_file_is_refused(filled, tmp_path, cli, which):
     journal.unlink()
     assert cli("info", "--db", str(path)).code == 0
     assert ask(path, "SELECT a FROM stadium") == ask(other, "SELECT a FROM stadium")
+
+
+def test_the_message_about_damage_names_the_journal_that_would_damage_a_copy(filled, tmp_path):
+    path, journal = journal_of_a_kill(filled, tmp_path / "killed", times=3)
+    sound, start = path.read_bytes(), 3 * PAGE_SIZE
+    path.write_bytes(sound[:start] + bytes(len(sound) - start))
+    done = run("query", "--p", "8", "--db", path)
+    assert (done.returncode, done.stdout) == (3, "")
+    assert done.stderr == (
+        f"orbitdb: {path} is damaged: restore a copy, or move it away and fill a new one; "
+        f"remove {journal} before you copy\n"
+    )
+    journal.unlink(missing_ok=True)  # as the message says, unless the command was the last to close it
+    path.write_bytes(sound)
+    assert run("query", "--p", "8", "--db", path).returncode == 0
 
 
 @pytest.mark.parametrize("replaced", [True, False])

@@ -11,11 +11,15 @@ from types import SimpleNamespace
 import pytest
 from contents import ask, content, is_sound
 from processes import run, run_several, small_blocks, start, wait_until_ready
+from quick import slow_but
+from sqlalchemy.pool import StaticPool
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.store import connection as connections
+from orbitdb.store.connection import checkpoint, make_engine, open_to_write
 from orbitdb.store.cursors import OvertakenError
 from orbitdb.store.file import check_file
+from orbitdb.store.paths import journal_files
 from orbitdb.store.tables import SCHEMA_VERSION
 from orbitdb.store.writing import Writer
 
@@ -33,11 +37,16 @@ IMPATIENT = [
 ]
 
 
+*PYTHON, PROGRAM = small_blocks(32)
+AT_ONCE = [*PYTHON, f"from orbitdb.store import writing; writing.JOURNAL_LIMIT = 0\n{PROGRAM}"]
+"""A command that moves the journal into the file after every block."""
+
+
 def all_end_well(*processes) -> None:
     for process in processes:
         _, err = process.communicate(timeout=200)
         assert process.returncode == 0, err
-        assert len(err.splitlines()) == 1
+        assert len([line for line in err.splitlines() if not line.startswith("waiting for")]) == 1
 
 
 _WRITE = """
@@ -114,6 +123,20 @@ def test_a_fill_waits_for_a_lock(filled):
         giving_back.join()
 
 
+@pytest.mark.parametrize("command", slow_but(["fill --p 8"], ["fill --p 8", "sweep --p 9", "delete --yes"]))
+def test_a_blocked_writer_says_once_that_it_waits(filled, command):
+    """It says so while it waits: the other process only ends after it has read this."""
+    with closing(sqlite3.connect(filled, isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        process = start(*command.split(), "--a", "1.6", "--db", filled, command=IMPATIENT)
+        assert process.stderr.readline() == f"waiting for another process that writes to {filled}\n"
+        time.sleep(0.3)  # several further turns
+        other.execute("ROLLBACK")
+    _, err = process.communicate(timeout=200)
+    assert process.returncode == 0, err
+    assert "waiting" not in err
+
+
 @pytest.mark.slow
 def test_a_lock_held_too_long_is_reported(filled):
     before = content(filled)
@@ -123,7 +146,8 @@ def test_a_lock_held_too_long_is_reported(filled):
         other.execute("ROLLBACK")
     assert done.returncode == 3
     assert done.stderr.splitlines() == [
-        f"orbitdb: {filled} is in use by another process that writes: try again when it has finished"
+        f"waiting for another process that writes to {filled}",
+        f"orbitdb: {filled} is in use by another process that writes: try again when it has finished",
     ]
     assert content(filled) == before
 
@@ -144,3 +168,55 @@ def test_readers_work_during_a_fill(tmp_path):
     all_end_well(filling)
     assert counts == sorted(counts)
     assert run("verify", "--db", path).returncode == 0
+
+
+def test_nobody_can_commit_while_the_journal_is_moved(filled):
+    """Before version 3.51.3, SQLite could lose what is committed at that moment."""
+    tried = []
+
+    def commit(statement: str) -> None:
+        if "checkpoint" in statement:
+            with closing(sqlite3.connect(filled, timeout=0)) as third:
+                try:
+                    third.execute("BEGIN IMMEDIATE")
+                except sqlite3.OperationalError as error:
+                    tried.append(str(error))
+
+    with closing(open_to_write(filled)) as driver, closing(open_to_write(filled)) as other:
+        for each in (driver, other):
+            assert each.execute("PRAGMA wal_autocheckpoint").fetchone() == (0,)
+        driver.execute("INSERT INTO stadium (a) VALUES (2.5)")
+        journal, _ = journal_files(filled)
+        size = filled.stat().st_size, journal.stat().st_size
+        assert size[1] > 0
+        other.set_trace_callback(commit)
+        checkpoint(make_engine(lambda: driver, "BEGIN IMMEDIATE", StaticPool), other)
+        assert tried == ["database is locked"]
+        alone = f"file:{filled}?mode=ro&immutable=1"  # without the journal
+        with closing(sqlite3.connect(alone, uri=True)) as plain:
+            assert plain.execute("SELECT a FROM stadium").fetchall() == [(1.6,), (2.5,)]
+
+
+@pytest.mark.slow
+def test_four_fills_that_move_the_journal_after_every_block_lose_nothing(filled, tmp_path):
+    """Two of them fill the same periods; others read meanwhile."""
+    path = tmp_path / "new.db"
+    assert run("fill", "--p", "3", "--db", path).returncode == 0
+    fills = [
+        start("fill", "--p", "8", "--a", a, "--jobs", "1", "--db", path, command=AT_ONCE)
+        for a in ("1.6", "1.6", "2", "0.5")
+    ]
+    while any(process.poll() is None for process in fills):
+        asked = ["query", "--p", "2-8", "--status", "all", "--a", "all", "--limit", "1"], ["table"]
+        assert [code for _, code, _ in run_several(asked, path)] == [0, 0]
+    for process in fills:
+        process.stdout.readline()
+    all_end_well(*fills)
+    assert is_sound(path)
+    assert [each.name for each in tmp_path.iterdir() if "new.db" in each.name] == ["new.db"]
+    catalogue = Catalogue(path)
+    assert catalogue.verify().sound
+    for a in (2.0, 0.5):
+        catalogue.delete(a)
+    assert content(path) == content(filled)
+    assert ask(path, "PRAGMA foreign_key_check") == []

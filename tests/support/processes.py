@@ -58,7 +58,7 @@ run()
 def pausing(before: int) -> list[str]:
     """Return a command with small blocks that stops itself before one of its transactions, counted from 1.
 
-    The first one stores the cursors of all periods, and each further one a block.
+    The first ones store the cursors, and each further one a block or the end of a period.
     """
     return [sys.executable, "-P", "-c", _PAUSING.format(before=before)]
 
