@@ -140,8 +140,8 @@ class Orbit(Drawn):
     def half(self) -> str | None:
         """The symmetry that makes the second half of the orbit the image of the first, if any.
 
-        It is ``x``, ``y`` or ``xy``; for the word 13 it is ``x``, because ``y`` leaves its bounces in place. In
-        the quarter stadium x, y >= 0, the orbit closes after half of its length.
+        It is ``x``, ``y`` or ``xy``; for the word 13 it is ``x``, because ``y`` leaves its bounces in place.
+        In the quarter stadium x, y >= 0, the orbit closes after half of its length.
         """
         elements = (self.symmetry or "").split(",")
         return next((name for name in ("x", "y", "xy") if name in elements), None)

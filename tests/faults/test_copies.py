@@ -86,7 +86,7 @@ def test_copies_made_during_a_fill_are_sound(tmp_path):
     assert run("fill", "--p", "3", "--db", path).returncode == 0
     filling = start("fill", "--p", "9", "--jobs", "1", "--db", path, command=small_blocks(32))
     wait_until_ready(filling)
-    words = []
+    words: list[int] = []
     while filling.poll() is None:
         copy = tmp_path / f"copy{len(words)}.db"
         done = run("export", copy, "--db", path)

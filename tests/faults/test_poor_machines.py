@@ -93,7 +93,7 @@ def test_a_changed_decimal_context_changes_no_answer(filled, cli):
     with localcontext(Context(prec=1, rounding=ROUND_DOWN, traps=[Inexact, FloatOperation])):
         view_texts.cache_clear()
         changed = [cli(*command.split(), "--db", str(filled)) for command in commands]
-        assert Stadium(1.6) == Stadium(Decimal("1.6"))
+        assert Stadium(1.6) == Stadium(Decimal("1.6"))  # type: ignore[arg-type]
     assert [outcome.code for outcome in usual] == [0] * len(commands)
     assert [outcome.out for outcome in changed] == [outcome.out for outcome in usual]
 

@@ -13,6 +13,7 @@ from contents import ask, content, is_sound
 from processes import run, run_several, small_blocks, start, wait_until_ready
 from quick import slow_but
 from sqlalchemy.pool import StaticPool
+from there import there
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.store import connection as connections
@@ -129,7 +130,7 @@ def test_a_blocked_writer_says_once_that_it_waits(filled, command):
     with closing(sqlite3.connect(filled, isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
         process = start(*command.split(), "--a", "1.6", "--db", filled, command=IMPATIENT)
-        assert process.stderr.readline() == f"waiting for another process that writes to {filled}\n"
+        assert there(process.stderr).readline() == f"waiting for another process that writes to {filled}\n"
         time.sleep(0.3)  # several further turns
         other.execute("ROLLBACK")
     _, err = process.communicate(timeout=200)
@@ -210,7 +211,7 @@ def test_four_fills_that_move_the_journal_after_every_block_lose_nothing(filled,
         asked = ["query", "--p", "2-8", "--status", "all", "--a", "all", "--limit", "1"], ["table"]
         assert [code for _, code, _ in run_several(asked, path)] == [0, 0]
     for process in fills:
-        process.stdout.readline()
+        there(process.stdout).readline()
     all_end_well(*fills)
     assert is_sound(path)
     assert [each.name for each in tmp_path.iterdir() if "new.db" in each.name] == ["new.db"]
