@@ -23,7 +23,6 @@ from orbitdb.entropy_bounds.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.plots import over_a
 from orbitdb.plots.style import BLUE, ORANGE
-from orbitdb.store.lookup import with_existence
 
 
 def orbits_at(known: Catalogue, p: int, a: float) -> int:
