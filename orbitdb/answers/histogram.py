@@ -15,9 +15,9 @@ from orbitdb.store.query import select_words
 from orbitdb.store.rows import ROTATION_COLUMNS
 from orbitdb.store.selection import Selection, unknown_column
 
-TALLIED = tuple(
-    column.name for column in IN_CATALOGUE if column.name not in ("a", "cycle", "representative", *ROTATION_COLUMNS)
-)
+_NAMES = ("a", "cycle", "representative", *ROTATION_COLUMNS)
+
+TALLIED = tuple(column.name for column in IN_CATALOGUE if column.name not in _NAMES)
 """The columns to count by: those that all words of a class share, without those that name a class."""
 
 MEASURED = tuple(column.name for column in IN_CATALOGUE if column.name in TALLIED and column.kind == "number")
