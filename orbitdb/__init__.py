@@ -3,11 +3,12 @@
 The catalogue
     `Catalogue` is a database file to fill, query and check; a `Selection` describes a subset of it. Its
     methods return a `Subset` (rows as arrays), a `Listing` (rows one by one), `OrbitClasses` (one row per
-    class), a `Result` (a table by period), a `Histogram`, `Births` (a list of `Life`), `EntropyBounds`, a `Reference`,
-    `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, a `SqlResult`, `Info`, `Contents`, a
-    `Dataset`, `Counted`, `Need` (an estimate), a `Migration`, or `Rows` (a list) of `Fill`, `Sweep`,
-    `BirthFill` or `Scar`. `FieldOrbits` are words in a magnetic field. A `Trajectory` has the orbits that
-    it shadows as `Followed`, and `Candidates` are a list of `Candidate`, orbits with a given length.
+    class), a `Result` (a table by period), a `Histogram`, `Births` (a list of `Life`), `EntropyBounds`, a
+    `Reference`, `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, a `SqlResult`, `Info`,
+    `Contents`, a `Dataset`, `Counted`, `Need` (an estimate), a `Migration`, or `Rows` (a list) of `Fill`,
+    `Sweep`, `BirthFill` or `Scar`. `FieldOrbits` are words in a magnetic field. A `Trajectory` has the
+    orbits that it shadows as `Followed`, and `Candidates` are a list of `Candidate`, orbits with a given
+    length.
 Orbits
     `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
     a in which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
