@@ -3,11 +3,12 @@
 The catalogue
     `Catalogue` is a database file to fill, query and check; a `Selection` describes a subset of it. Its
     methods return a `Subset` (rows as arrays), a `Listing` (rows one by one), `OrbitClasses` (one row per
-    class), a `Result` (a table by period), `Births` (a list of `Life`), `EntropyBounds`, a `Reference`,
-    `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, a `SqlResult`, `Info`, `Contents`, a
-    `Dataset`, `Counted`, `Need` (an estimate), a `Migration`, or `Rows` (a list) of `Fill`, `Sweep`,
-    `BirthFill` or `Scar`. `FieldOrbits` are words in a magnetic field. A `Trajectory` has the orbits that
-    it shadows as `Followed`, and `Candidates` are a list of `Candidate`, orbits with a given length.
+    class), a `Result` (a table by period), a `Histogram`, `Births` (a list of `Life`), `EntropyBounds`, a
+    `Reference`, `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, a `SqlResult`, `Info`,
+    `Contents`, a `Dataset`, `Counted`, `Need` (an estimate), a `Migration`, or `Rows` (a list) of `Fill`,
+    `Sweep`, `BirthFill` or `Scar`. `FieldOrbits` are words in a magnetic field. A `Trajectory` has the
+    orbits that it shadows as `Followed`, and `Candidates` are a list of `Candidate`, orbits with a given
+    length.
 Orbits
     `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
     a in which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
@@ -47,6 +48,7 @@ if TYPE_CHECKING:  # isort: off
     )
     from orbitdb.answers.completeness import Counted as Counted
     from orbitdb.answers.dataset import Dataset as Dataset
+    from orbitdb.answers.histogram import Histogram as Histogram
     from orbitdb.answers.info import Info as Info
     from orbitdb.answers.sql_result import SqlResult as SqlResult
     from orbitdb.filling.estimate import Need as Need
@@ -90,6 +92,7 @@ _HOMES = {
     "answers.identification": ("Candidate", "Candidates", "Followed", "Trajectory"),
     "answers.completeness": ("Counted",),
     "answers.dataset": ("Dataset",),
+    "answers.histogram": ("Histogram",),
     "answers.info": ("Info",),
     "answers.sql_result": ("SqlResult",),
     "filling.estimate": ("Need",),

@@ -2,6 +2,7 @@
 
 import math
 import threading
+from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import replace
@@ -24,7 +25,6 @@ from orbitdb.store.lookup import (
     default_a,
     default_among,
     find_word,
-    with_existence,
 )
 from orbitdb.store.paths import default_path, home_expanded, network_disk
 from orbitdb.store.selection import (
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from orbitdb.answers.completeness import Counted
     from orbitdb.answers.dataset import Dataset
     from orbitdb.answers.field import FieldOrbits
+    from orbitdb.answers.histogram import Histogram
     from orbitdb.answers.identification import Candidates, Trajectory
     from orbitdb.answers.info import Info
     from orbitdb.answers.listing import Listing
@@ -396,10 +397,11 @@ class Catalogue:
         """
         at = self._at(a)
         orbit = self.find(word, a=at)
-        if orbit is None:
-            from orbitdb.orbits.solve import solve_word
+        if orbit is not None and (orbit.exists is not None or not exists):
+            return orbit
+        from orbitdb.orbits.solve import solve_word, with_existence
 
-            orbit = solve_word(parse_primitive(word), at)
+        orbit = solve_word(parse_primitive(word), at) if orbit is None else orbit
         return with_existence(orbit) if exists else orbit
 
     def born_with(self, orbit: Orbit) -> list[tuple[float, list[str]]]:
@@ -491,6 +493,52 @@ class Catalogue:
         from orbitdb.answers.completeness import count
 
         return self._answer(count, selection, criteria)
+
+    @with_criteria
+    def tally(
+        self, columns: Sequence[str], selection: Selection | None = None, **criteria: Unpack[Criteria]
+    ) -> dict[str, Counter[Any]]:
+        """Count the words of a chosen subset, given as in `select`, by the values of each of some columns.
+
+        Words without a value are counted under None. The columns are those whose values all words of a class
+        share, such as ``status`` or ``symmetry``.
+
+        Examples
+        --------
+        >>> catalogue.tally(["status"], p=3)
+        {'status': Counter({'orbit': 8})}
+        """
+        from orbitdb.answers.histogram import tally
+
+        return self._answer(tally, selection, criteria, tuple(columns))
+
+    @with_criteria
+    def histogram(
+        self,
+        column: str,
+        selection: Selection | None = None,
+        *,
+        bins: int = 20,
+        **criteria: Unpack[Criteria],
+    ) -> "Histogram":
+        """Count the words of a chosen subset, given as in `select`, in bins of a column with real numbers.
+
+        Parameters
+        ----------
+        column : str
+            A column such as ``length``, which all words of a class share.
+        bins : int, optional
+            Maximum number of bins.
+
+        Examples
+        --------
+        >>> found = catalogue.histogram("length", p="2-5", bins=10)
+        >>> found.edges.tolist(), int(found.counts.sum()) == catalogue.count(p="2-5", length=(0, None))
+        ([10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 22.0], True)
+        """
+        from orbitdb.answers.histogram import histogram
+
+        return self._answer(histogram, selection, criteria, column, bins)
 
     @with_criteria
     def select(
@@ -621,6 +669,27 @@ class Catalogue:
 
         with telling(progress, "averaging") as tell:
             return self._result(lyapunov, selection, criteria, weight, cut, tell)
+
+    @with_criteria
+    def statistics(
+        self,
+        selection: "Selection | Sequence[Selection] | None" = None,
+        *,
+        weight: str = "exp",
+        **criteria: Unpack[Criteria],
+    ) -> "Result":
+        """Return counts, entropies and Lyapunov averages by period in one table, as the screen shows them.
+
+        The parameters are those of `lyapunov`; N_c counts the chosen orbits alone.
+
+        Examples
+        --------
+        >>> catalogue.statistics(p="2-4")["N_c"]
+        [1, 8, 32]
+        """
+        from orbitdb.answers.statistics import statistics
+
+        return self._result(statistics, selection, criteria, weight)
 
     @with_criteria
     def write_dataset(
@@ -1300,8 +1369,7 @@ class Catalogue:
 
         with self.snapshot() as connection:
             how = fit_radius, window, radius_error, noise
-            assessment, notes = assess_levels(connection, self._at(a), k, parity, *how)
-        return replace(assessment, notes=tuple(notes))
+            return assess_levels(connection, self._at(a), k, parity, *how)
 
     def level_statistics(
         self,

@@ -152,9 +152,7 @@ def simulate(
     ] = 0,
     legwise: Annotated[
         bool,
-        typer.Option(
-            "--legwise", help="Sample leg by leg and use format_float means, for much smaller errors."
-        ),
+        typer.Option("--legwise", help="Sample leg by leg and use exact means, for much smaller errors."),
     ] = False,
     store: Annotated[bool, typer.Option(help="Save the result in the catalogue.")] = True,
     output: Output,

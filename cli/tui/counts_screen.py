@@ -1,13 +1,10 @@
 """Counts of the chosen subset by status, period, symmetry and time reversal, and histograms of columns."""
 
-import math
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
 
-import numpy as np
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.style import Style
 from rich.table import Table
@@ -19,8 +16,7 @@ from textual.reactive import reactive
 from textual.widgets import Footer, OptionList
 from textual.widgets.option_list import Option
 
-from orbitdb.answers.completeness import partial_periods
-from orbitdb.arrays import Floats, Integers
+from orbitdb.answers.histogram import MEASURED, TALLIED, Histogram
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.dialogs import ListDialog, NameList
@@ -28,74 +24,14 @@ from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.panels.filter_bar import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import EVERY
-from orbitdb.store.connection import Connection
-from orbitdb.store.query import select_words
 from orbitdb.store.selection import Selection
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _LEAST_BINS, _MOST_BINS = 8, 40
 _EIGHTHS = ("", *"▏▎▍▌▋▊▉")
 
-DRAWN = tuple(name for name in EVERY if name not in ("code", "representative", "cycle"))
-"""The columns that a histogram can show: all except those that name a word or a class."""
-
-_FINEST = 1e-12
-"""Smallest relative width of a bin; edges closer than this would look the same in print."""
-
-_DECADES = 1000.0
-"""Bins are logarithmic if the largest value is more than this many times the smallest."""
-
-
-class Histogram(NamedTuple):
-    """Numbers of rows in the bins of a column, and `without` a value; a value on an edge is in the bin above.
-
-    The shapes are (bins + 1,) and (bins,); the edges ascend, evenly in the logarithm if `logarithmic`.
-    """
-
-    edges: Floats
-    counts: Integers
-    without: int
-    logarithmic: bool
-
-
-def tally(connection: Connection, selection: Selection, columns: Sequence[str]) -> dict[str, Counter[Any]]:
-    """Count the rows of a subset by the values of each of some columns of the view ``class``."""
-    chosen = select_words(connection, selection, columns=columns)
-    words = chosen.counts.tolist()
-    tallies: dict[str, Counter[Any]] = {name: Counter() for name in columns}
-    for name, numbers in tallies.items():
-        for value, count in zip(chosen.values[name].tolist(), words, strict=True):
-            numbers[None if value != value else value] += count
-    return tallies
-
-
-def histogram(connection: Connection, selection: Selection, column: str, bins: int) -> Histogram | None:
-    """Count the rows of a subset in at most `bins` bins of a numeric column.
-
-    The edges are round numbers, or evenly spaced in the logarithm. Return None if no row has a value.
-    """
-    chosen = select_words(connection, selection, columns=(column,))
-    values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
-    present = ~np.isnan(values)
-    if not present.any():
-        return None
-    low, high = float(values[present].min()), float(values[present].max())
-    logarithmic = low > 0 and high > _DECADES * low
-    edges = np.geomspace(low, high, bins + 1) if logarithmic else _round_edges(low, high, bins)
-    # the outer edges are rounded, so a value may lie an ulp outside
-    counts, _ = np.histogram(np.clip(values[present], edges[0], edges[-1]), edges, weights=rows[present])
-    return Histogram(edges, counts, int(rows[~present].sum()), logarithmic)
-
-
-def _round_edges(low: float, high: float, bins: int) -> Floats:
-    """Return successive multiples of a round number, such as 0.2 or 2.5, from below `low` to above `high`."""
-    width = max((high - low) / bins, _FINEST * abs(high))
-    decade = 10.0 ** math.floor(math.log10(width)) if low < high else 1.0
-    steps = (decade * factor for factor in (1.0, 2.0, 2.5, 5.0, 10.0, 20.0))
-    spans = ((step, math.floor(low / step), math.floor(high / step) + 1) for step in steps)
-    step, first, last = next(span for span in spans if span[2] - span[1] <= bins)
-    # 3 * 0.1 is an ulp above the 0.3 that a user would type
-    return np.asarray([float(f"{step * n:.15g}") for n in range(first, last + 1)])
+DRAWN = tuple(name for name in EVERY if name in TALLIED)
+"""The columns that a histogram can show, in the order of the table."""
 
 
 class Count(NamedTuple):
@@ -235,9 +171,11 @@ class CountsScreen(OwnScreen[str | None]):
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[dict[str, list[Count]], str]:
         """Return the counts by each of the columns `_BY`, and a note on partial periods."""
-        with self._catalogue.snapshot(cancelled) as connection:
-            tallies = tally(connection, self._selection, _BY)
-            partly = ", ".join(map(str, partial_periods(connection, self._selection)))
+        chosen = self._selection
+        with self._catalogue.snapshot(cancelled):
+            tallies = self._catalogue.tally(_BY, chosen)
+            fills = self._catalogue.fills(a=chosen.a)
+        partly = ", ".join(str(fill.p) for fill in fills if chosen.includes(fill.p) and not fill.complete)
         groups = {name: counts_by(name, counts) for name, counts in tallies.items()}
         return groups, f"partial periods: {partly}" if partly else ""
 
@@ -249,12 +187,10 @@ class CountsScreen(OwnScreen[str | None]):
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[list[Count], str]:
         """Return the counts of the values of a column, or of ranges of its values, and a note."""
-        with self._catalogue.snapshot(cancelled) as connection:
-            if EVERY[column].kind != "number":  # integers or texts
-                return counts_by(column, tally(connection, self._selection, (column,))[column]), ""
-            binned = histogram(connection, self._selection, column, bins)
-        if binned is None:
-            return [], ""
+        with self._catalogue.snapshot(cancelled):
+            if column not in MEASURED:  # integers or texts
+                return counts_by(column, self._catalogue.tally([column], self._selection)[column]), ""
+            binned = self._catalogue.histogram(column, self._selection, bins=bins)
         even = "bins of equal width in the logarithm" if binned.logarithmic else ""
         return counts_in(column, binned), even
 

@@ -42,6 +42,8 @@ class LineDialog(Dialog[str | None]):
     EMPTY: str | None = None
     """The answer if the line is empty."""
     HINT = "enter accepts, escape cancels"
+    HELP = ""
+    """What stands below the line of text."""
     SUGGESTER: Suggester | None = None
     BINDINGS: ClassVar[list[BindingType]] = [key("up", "older(1)"), key("down", "older(-1)")]
 
@@ -68,6 +70,8 @@ class LineDialog(Dialog[str | None]):
                 yield NameList(*map(Text, others), classes="others")
             yield Field(self._lines[-1], placeholder=self._placeholder, suggester=self.SUGGESTER)
             yield Label("", classes="complaint", markup=False)
+            if self.HELP:
+                yield Label(self.HELP, classes="help", markup=False)
 
     def on_input_changed(self, event: Input.Changed) -> None:
         self.follow(event.value)
@@ -85,7 +89,7 @@ class LineDialog(Dialog[str | None]):
 
     def tell(self, text: str, wrong: bool = False) -> None:
         self.query_one(Input).set_class(wrong, "-wrong")
-        self.query_one(Label).set_class(not wrong, "-note").update(text)
+        self.query_one(".complaint", Label).set_class(not wrong, "-note").update(text)
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
         message, wrong = self.checked(event.value)
@@ -132,6 +136,7 @@ class FilterDialog(LineDialog):
 
     EMPTY = ""
     HINT = "→ completes, enter accepts, escape cancels"
+    HELP = "contains(code, '0202') finds 0202 in any rotation; not contains(..) leaves it out"
     SUGGESTER = ColumnSuggester()
 
     def __init__(

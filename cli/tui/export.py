@@ -9,7 +9,6 @@ from typing import Any
 
 from textual.message import Message
 
-from orbitdb.answers.completeness import describe_partial, partial_periods
 from orbitdb.answers.export import FIGURES, FORMATS, TEXT_WRITERS, complete
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import Catalogue
@@ -23,7 +22,6 @@ from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.registry import load_function
 from orbitdb.plots.svg import orbit_svg
-from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
 from orbitdb.text import format_float
 
@@ -77,21 +75,19 @@ def write_rows(
     selection: Selection,
     ordering: Ordering,
     path: Path,
-    cancelled: Callable[[], bool] = never,
+    cancelled: Callable[[], bool],
 ) -> str:
     """Write the rows of a subset; once `cancelled` returns True, writing stops and leaves no file."""
     if catalogue is None:
         raise InputError("there are no rows to write")
-    with catalogue.snapshot(cancelled) as connection:
+    with catalogue.snapshot(cancelled):
         listing = catalogue.rows(selection, columns=WRITTEN, order=str(ordering))
         if path.suffix == ".parquet":
             count = listing.write(path, force=True)
         else:
             with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
                 count = TEXT_WRITERS[path.suffix[1:]](file, WRITTEN, listing)
-        partial = partial_periods(connection, selection)
-    message = f"{count:,} rows written to {path}"
-    return f"{message}; {describe_partial(partial, selection.a)}" if partial else message
+        return "; ".join([f"{count:,} rows written to {path}", *listing.gaps])
 
 
 def save_orbit(orbit: Orbit | None, in_phase_space: bool, path: Path) -> str:

@@ -76,16 +76,18 @@ def parse_wish(a: str, periods: str, codes: str) -> FillRequest:
 
 def cost_of(path: Path, wish: FillRequest) -> tuple[str, int]:
     """Return the estimated cost and the number of words to fill; raise if the disk has too little room."""
-    from orbitdb.filling.estimate import about, check_room, need
+    from orbitdb.catalogue import Catalogue
+    from orbitdb.filling.estimate import about
     from orbitdb.text import gigabytes
 
     at = f"at a = {format_float(wish.a)}"
     if wish.words:
         return f"{several(len(wish.words), 'word')} to solve {at}", len(wish.words)
-    coming = need(path, wish.a, wish.periods, jobs=1)
+    catalogue = Catalogue(path, missing_ok=True)
+    coming = catalogue.estimate(wish.periods, a=wish.a)
     if not coming.words:
         return f"these periods are already filled {at}: nothing to do", 0
-    check_room(path, coming)
+    catalogue.check_room(coming)
     takes = f"{about(coming.seconds)}, up to {gigabytes(coming.bytes)}"
     return f"{_words(coming.words)} to fill {at}: {takes}", coming.words
 

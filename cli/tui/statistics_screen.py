@@ -1,6 +1,5 @@
 """The statistics screen: counts as in Table 1, entropies and Lyapunov averages of a subset, with curves."""
 
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import ClassVar
@@ -12,9 +11,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Container
 from textual.widgets import Footer, Static
 
-from orbitdb.answers.complete_periods import read_noted
-from orbitdb.answers.entropy import enclosure, entropy_of_rows, outside
-from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, lyapunov_of_rows
+from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS
 from orbitdb.answers.results import PROVED, Result
 from orbitdb.averages.by_period import Weight
 from orbitdb.billiard.stadium import Stadium
@@ -24,10 +21,7 @@ from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.panels.canvas import Curve, Plot
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox, TopLine
 from orbitdb.errors import InputError
-from orbitdb.store.fills import read_fills
-from orbitdb.store.results import best_reference
 from orbitdb.store.selection import Selection, written_periods
-from orbitdb.symbols.pruning import count_admissible
 from orbitdb.text import concise, with_error
 from orbitdb.trajectories.ensemble import Reference, references
 
@@ -49,29 +43,6 @@ def columns() -> tuple[str, ...]:
     first = [average.of(exponent) for average, exponent in pairs if average.error]
     others = [average.of(exponent) for average, exponent in pairs if not average.error]
     return ("p", "N_t", "N_c", "classes", "N", "K_0", "h_zeta", *first, *others)
-
-
-def statistics(catalogue: Catalogue, selection: Selection, weight: Weight = Weight.EXPONENTIAL) -> Result:
-    """Return the counts, entropies and Lyapunov averages of a subset for each of its whole periods."""
-    notes: list[str] = []
-    with catalogue.snapshot() as connection:
-        subset = read_noted(connection, selection, notes, swept=True)
-        proved, line = enclosure(connection, selection.a)
-    if subset is None:
-        raise InputError("; ".join(notes))
-    periods, classes = subset.shown, subset.classes.p.tolist()
-    columns = {
-        "N_t": [count_admissible(p) for p in periods],
-        "N_c": subset.cycles()[periods].tolist(),
-        "classes": [None if p in subset.swept else classes.count(p) for p in periods],
-    }
-    for result in (entropy_of_rows(subset), lyapunov_of_rows(subset, weight)):
-        columns |= {name: list(values) for name, values in result.columns.items()}
-        notes += result.notes
-    notes.append(outside(periods, columns["h_zeta"], proved, subset.selection))
-    bounds = zip(PROVED, (proved.lower, proved.upper, proved.proof), strict=True)
-    columns |= {name: [value] * len(periods) for name, value in bounds}
-    return Result(subset.selection, columns, (line,), tuple(dict.fromkeys(filter(None, notes))))
 
 
 def curves_of(result: Result, reference: Reference | None) -> dict[str, list[Curve]]:
@@ -154,25 +125,24 @@ class StatisticsScreen(OwnScreen[str | None]):
     def averages(self, weight: Weight, everything: bool = False) -> tuple[Result | None, str]:
         """Return the averages over the first periods, which are fast, or over all; and a note on the rest."""
         chosen = self._selection
-        with self._catalogue.snapshot() as connection:
-            filled = [fill.p for fill in read_fills(connection, chosen.a) if chosen.includes(fill.p)]
-        later = [p for p in filled if p > FIRST]
+        fills = self._catalogue.fills(a=chosen.a)
+        later = [fill.p for fill in fills if fill.p > FIRST and chosen.includes(fill.p)]
         if everything or not later:
-            return statistics(self._catalogue, chosen, weight), ""
+            every = self._catalogue.statistics(chosen, weight=weight)
+            if not len(every):
+                raise InputError("; ".join(every.notes))
+            return every, ""
         spans = chosen.periods or ((2, FIRST),)
         first = tuple((low, min(high, FIRST)) for low, high in spans if low <= FIRST)
-        averages = None
-        with suppress(InputError):  # none of the first periods is stored
-            averages = statistics(self._catalogue, replace(chosen, periods=first), weight) if first else None
-        return averages, f"{written_periods(later)}: press m"
+        found = self._catalogue.statistics(replace(chosen, periods=first), weight=weight) if first else None
+        return found if found is not None and len(found) else None, f"{written_periods(later)}: press m"
 
     def _take(self, averages: tuple[Result | None, str]) -> None:
         self.result, self._rest = averages
         self._show()
 
     def _stored_reference(self, _: object) -> Reference | None:
-        with self._catalogue.snapshot() as connection:
-            return best_reference(connection, self._selection.a)
+        return self._catalogue.reference(a=self._selection.a)
 
     def _show_stored(self, reference: Reference | None) -> None:
         if reference is not None:

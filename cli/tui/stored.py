@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from textual.cache import LRUCache
@@ -15,7 +15,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.query import position_of
+from orbitdb.store.query import first_of_period, first_that_begins, position_of, select_words
 from orbitdb.store.rows import SelectedWords, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation, parse_primitive
@@ -115,6 +115,19 @@ class Pages:
     def __post_init__(self) -> None:
         self._blocks: LRUCache[int, list[Row]] = LRUCache(_KEPT)  # a cached method would keep it alive
 
+    @classmethod
+    def read(
+        cls,
+        catalogue: Catalogue,
+        selection: Selection,
+        ordering: Ordering,
+        fields: Sequence[str],
+        most: int | None = None,
+    ) -> Self:
+        """Find the rows of a subset in some order; with `most`, only so many from the first on."""
+        with catalogue.snapshot() as connection:
+            return cls(catalogue, select_words(connection, selection, str(ordering), most=most), fields)
+
     def __len__(self) -> int:
         return len(self.chosen)
 
@@ -135,6 +148,18 @@ class Pages:
             return None
         with self.catalogue.snapshot() as connection:
             return position_of(connection, self.chosen, word)
+
+    def first_of_period(self, p: int) -> int | None:
+        """Return the index of the first row of a period, or None."""
+        assert self.catalogue is not None
+        with self.catalogue.snapshot() as connection:
+            return first_of_period(connection, self.chosen, p)
+
+    def first_that_begins(self, symbols: str) -> int | None:
+        """Return the index of the first row whose code begins with the given symbols, or None."""
+        assert self.catalogue is not None
+        with self.catalogue.snapshot() as connection:
+            return first_that_begins(connection, self.chosen, symbols)
 
 
 NONE = Pages(None, SelectedWords(Selection(), np.zeros(0, np.int64), np.zeros(0, np.uint8)), USUAL)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -31,6 +31,19 @@ _EDGES = 10
 """Edges of the longest windows if no bounds are stored; the search takes at most half a second (small a)."""
 
 
+@dataclass(frozen=True)
+class Enclosure:
+    """Proved bounds on the entropy of all orbits, and a line that describes them (`fact`)."""
+
+    bounds: EntropyBounds
+    fact: str
+
+    def columns(self, rows: int) -> dict[str, list[Any]]:
+        """Return the columns of a table that give the bounds in each of its rows."""
+        values = (self.bounds.lower, self.bounds.upper, self.bounds.proof)
+        return {name: [value] * rows for name, value in zip(PROVED, values, strict=True)}
+
+
 def table(connection: Connection, chosen: Selection) -> Result:
     """Return the paper's Table 1 (`Catalogue.table`)."""
     counted = count(connection, chosen)
@@ -43,7 +56,7 @@ def table(connection: Connection, chosen: Selection) -> Result:
     stored = counted.chosen and tightest_bounds(connection, chosen.a) is not None
     proved = enclosure(connection, chosen.a) if stored else None
     columns = _table(counted.chosen, counted.tallies)
-    return Result(chosen, columns, () if proved is None else (proved[1],), tuple(notes))
+    return Result(chosen, columns, () if proved is None else (proved.fact,), tuple(notes))
 
 
 def table_of_rows(chosen: Selection, periods: Sequence[int], p: Integers, status: Any, least: Any) -> Result:
@@ -86,11 +99,10 @@ def entropy(connection: Connection, chosen: Selection) -> Result:
     if not periods.shown:
         return Result(chosen, {}, (), tuple(notes or [f"no {orbits.describe()}"]))
     columns = _entropy(periods, counted.cycles(), notes)
-    proved, line = enclosure(connection, chosen.a)
-    notes.append(outside(columns["p"], columns["h_zeta"], proved, chosen))
-    bounds = zip(PROVED, (proved.lower, proved.upper, proved.proof), strict=True)
-    columns |= {name: [value] * len(columns["p"]) for name, value in bounds}
-    return Result(orbits, columns, (orbits.describe(), line), tuple(filter(None, notes)))
+    proved = enclosure(connection, chosen.a)
+    notes.append(outside(columns["p"], columns["h_zeta"], proved.bounds, chosen))
+    columns |= proved.columns(len(columns["p"]))
+    return Result(orbits, columns, (orbits.describe(), proved.fact), tuple(filter(None, notes)))
 
 
 def entropy_of_rows(subset: CompletePeriods, notes: Sequence[str] = ()) -> Result:
@@ -126,8 +138,8 @@ def _uncounted(connection: Connection, chosen: Selection) -> list[str]:
     ]
 
 
-def stored_enclosure(connection: Connection, a: float) -> tuple[EntropyBounds, str] | None:
-    """Return the tightest stored bounds on the entropy, if any, and a line that describes them.
+def stored_enclosure(connection: Connection, a: float) -> Enclosure | None:
+    """Return the tightest stored bounds on the entropy, if any.
 
     The line also gives the tightest bounds that are proved in ball arithmetic.
     """
@@ -136,19 +148,20 @@ def stored_enclosure(connection: Connection, a: float) -> tuple[EntropyBounds, s
         return None
     line = f"entropy of all orbits: {closest.between}, proved from {closest.basis}"
     surer = None if closest.proof == BALLS else tightest_bounds(connection, a, BALLS)
-    return closest, line + ("" if surer is None else f"; {surer.between} from {surer.basis}")
+    return Enclosure(closest, line + ("" if surer is None else f"; {surer.between} from {surer.basis}"))
 
 
-def enclosure(connection: Connection, a: float) -> tuple[EntropyBounds, str]:
-    """Return the tightest stored bounds on the entropy, or better new ones, and a line about them."""
+def enclosure(connection: Connection, a: float) -> Enclosure:
+    """Return the tightest stored bounds on the entropy, or better ones that are computed now."""
     stored = stored_enclosure(connection, a)
-    if stored is not None and stored[0].window >= _EDGES:
+    if stored is not None and stored.bounds.window >= _EDGES:
         return stored
     computed = _computed_bounds(a)
-    if stored is not None and stored[0].width <= computed.width:
+    if stored is not None and stored.bounds.width <= computed.width:
         return stored
     closer = f"'orbitdb bounds --a {format_float(a)}' finds tighter ones"
-    return computed, f"entropy of all orbits: {computed.between}, proved from {computed.basis}; {closer}"
+    line = f"entropy of all orbits: {computed.between}, proved from {computed.basis}; {closer}"
+    return Enclosure(computed, line)
 
 
 @cache

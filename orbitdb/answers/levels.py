@@ -239,8 +239,8 @@ def assess_levels(
     window: bool = False,
     radius_error: float | None = None,
     noise: float = 0.0,
-) -> tuple[Assessment, list[str]]:
-    """Compare a list of levels with the stored orbits; return the assessment and notes.
+) -> Assessment:
+    """Compare a list of levels with the stored orbits (`Catalogue.assess`).
 
     Raises
     ------
@@ -272,13 +272,14 @@ def assess_levels(
             f"with a scatter of {noise:g} mean spacings, a wrong radius or parity may not be noticed"
         )
     if not assessment.fits or assessment.at_limit:
-        return assessment, [*notes, *_hints(connection, assessment, classes, levels)]
+        hints = _hints(connection, assessment, classes, levels)
+        return replace(assessment, notes=(*notes, *hints))
     lowest = int(assessment.number[assessment.number > 0][0]) - 1
     if not window and lowest >= _LOWEST:
         notes.append(
             f"the {lowest} lowest levels are missing: a list that begins higher up is a window, --window"
         )
-    return assessment, notes
+    return replace(assessment, notes=tuple(notes))
 
 
 def _on_twins(pairs: int, levels: int) -> str:
@@ -326,16 +327,16 @@ def _hints(connection: Connection, assessment: Assessment, classes: OrbitClasses
 def notes_on_missing_levels(connection: Connection, a: float, k: Floats, parity: Parity | None) -> list[str]:
     """Return a line on the levels that a list lacks, and notes; [] if it lacks none or orbits cannot tell."""
     try:
-        assessment, notes = assess_levels(connection, a, k, parity)
+        assessment = assess_levels(connection, a, k, parity)
     except InputError:
         return []
     if assessment.fits and not assessment.gaps:
         return []
     if not assessment.fits:
-        return [assessment.verdict(), *notes]
+        return [assessment.verdict(), *assessment.notes]
     places = ", ".join(gap.place() for gap in assessment.gaps[:_SHOWN])
     more = f" and {len(assessment.gaps) - _SHOWN} more" if len(assessment.gaps) > _SHOWN else ""
-    return [f"{assessment.verdict()}: {places}{more}; 'orbitdb assess FILE' lists them", *notes]
+    return [f"{assessment.verdict()}: {places}{more}; 'orbitdb assess FILE' lists them", *assessment.notes]
 
 
 def level_statistics(connection: Connection, a: float, levels: Mapping[Parity, Floats]) -> Result:

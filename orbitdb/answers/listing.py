@@ -114,12 +114,16 @@ class Listing:
     @property
     def notes(self) -> tuple[str, ...]:
         """What is missing: partial or unfilled periods, births, or all rows; one line each."""
-        with self._snapshot() as connection:
+        with self._snapshot():
             absent = self.absent  # first, because it refuses a wrong expression
-            lines: list[str] = []
-            for chosen in self.selections:
-                lines += gaps(connection, chosen, names=self.columns, order=self.order)
-            return (*lines, *absent)
+            return (*self.gaps, *absent)
+
+    @property
+    def gaps(self) -> tuple[str, ...]:
+        """The notes on partial or unfilled periods and on births, which need no rows."""
+        with self._snapshot() as connection:
+            lines = [gaps(connection, one, names=self.columns, order=self.order) for one in self.selections]
+        return tuple(line for own in lines for line in own)
 
     @property
     def absent(self) -> tuple[str, ...]:

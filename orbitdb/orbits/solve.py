@@ -162,3 +162,13 @@ def existence(word: str) -> "list[tuple[float, float | None]]":
     from orbitdb.orbits.births import find_changes  # seldom needed
 
     return find_changes(from_strings([class_of(symbols).representative])).lives()[0]
+
+
+def with_existence(orbit: Orbit) -> Orbit:
+    """Return an orbit with the ranges of a in which it exists, after computing them if necessary.
+
+    The ranges stay unknown for words longer than `LONGEST`.
+    """
+    if orbit.exists is not None or orbit.p > LONGEST:
+        return orbit
+    return replace(orbit, exists=tuple(existence(orbit.code)))

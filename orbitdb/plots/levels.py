@@ -10,7 +10,6 @@ from orbitdb.answers.levels import orbits_for, read_orbits
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.plots.assess import draw_assess
-from orbitdb.plots.noted import asked
 from orbitdb.plots.style import BLUE, GREEN, GREY, INK, ORANGE, SMALL, Picture, figure, short
 from orbitdb.quantum.trace_formula import family_count
 from orbitdb.quantum.weyl import Parity, begins_at_zero, check_levels, weyl
@@ -49,7 +48,9 @@ def staircase(
     else:
         k = check_levels(levels, stadium, parity)
         end = float(k[-1])
-    orbits = orbits_for(stadium, asked(catalogue, read_orbits, chosen)[0], parity, np.array([end]))
+    with catalogue.snapshot() as connection:
+        classes, _ = read_orbits(connection, chosen)
+    orbits = orbits_for(stadium, classes, parity, np.array([end]))
     below = orbits.k <= end
     at, smooth, count = orbits.k[below], orbits.smooth[below], orbits.count[0][below]
     title = f"{len(k)} levels at a = {format_float(chosen.a)}, {_of(parity)}, k below {end:.4g}"

@@ -1,20 +1,12 @@
 """What figures ask a catalogue beside its methods: what is missing, and why there is nothing to draw."""
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.store.selection import Selection
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
-
-_Answer = TypeVar("_Answer")
-
-
-def asked(catalogue: "Catalogue", function: Callable[..., _Answer], chosen: Selection, *more: Any) -> _Answer:
-    """Return the answer of a function of `orbitdb.answers` that is no method of the catalogue."""
-    return catalogue._answer(function, chosen, {}, *more)
 
 
 def gaps(catalogue: "Catalogue", chosen: Selection, order: str = "p") -> list[str]:

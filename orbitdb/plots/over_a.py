@@ -16,13 +16,11 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy_bounds.windows import geometric_entropy
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.orbits.solve import solve_word
+from orbitdb.orbits.solve import solve_word, with_existence
 from orbitdb.plots import paths
 from orbitdb.plots.averages import ENTROPY
-from orbitdb.plots.noted import asked
 from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SMALL, Picture, figure, short
-from orbitdb.store.lookup import with_existence
 from orbitdb.store.selection import Selection
 from orbitdb.text import format_float, outward
 
@@ -164,9 +162,9 @@ def entropy_over_a(catalogue: "Catalogue", *chosen: Selection, grid: Sequence[fl
     The bounds are the stored ones or, if a grid is given, those on its points, where missing ones are
     computed.
     """
-    bounds: Sequence[EntropyBounds] = [
-        asked(catalogue, lambda moment, own: enclosure(moment, own.a)[0], Selection(a)) for a in grid
-    ] or catalogue.entropy_curve()
+    with catalogue.snapshot() as connection:
+        computed = [enclosure(connection, a).bounds for a in grid]
+    bounds: Sequence[EntropyBounds] = computed or catalogue.entropy_curve()
     if not bounds:
         raise EmptyFigureError(["no proved bounds to draw: 'orbitdb bounds --a 0.3:10:40' computes some"])
     changes = _changes(catalogue, chosen[0])

@@ -92,18 +92,6 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
     return solve_word(word, a)
 
 
-def with_existence(orbit: Orbit) -> Orbit:
-    """Return an orbit with the ranges of a in which it exists, after computing them if necessary.
-
-    The ranges stay unknown for words longer than `orbitdb.orbits.solve.LONGEST`.
-    """
-    if orbit.exists is not None:
-        return orbit
-    from orbitdb.orbits.solve import LONGEST, existence
-
-    return orbit if orbit.p > LONGEST else replace(orbit, exists=tuple(existence(orbit.code)))
-
-
 def born_with(connection: Connection, orbit: Orbit) -> list[tuple[float, list[str]]]:
     """Return each stored birth of an orbit, with the representatives of the classes born on the same path.
 

@@ -16,7 +16,6 @@ from orbitdb.answers.complete_periods import Periods
 from orbitdb.averages.by_period import Weight, faults_of
 from orbitdb.averages.pseudocycles import Factors, expand_by_stability, lyapunov_by_stability
 from orbitdb.averages.zeta import cycle_averages, expand, leading_zero
-from orbitdb.cli.tui.statistics_screen import statistics
 
 NOTHING = np.zeros((0, 8))
 
@@ -200,6 +199,6 @@ def test_the_reason_for_a_missing_period_is_given():
 
 @pytest.mark.slow
 def test_choosing_one_period_does_not_hide_what_the_file_proves(varied):
-    found = statistics(Catalogue(varied), Selection(periods=((6, 6),)))
-    assert found["N"] == statistics(Catalogue(varied), Selection())["N"][-1:]
+    found = Catalogue(varied).statistics(p=6)
+    assert found["N"] == Catalogue(varied).statistics()["N"][-1:]
     assert found.facts[0].startswith("entropy of all orbits: 1.15549571 < h < 1.16257011")

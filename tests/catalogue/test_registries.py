@@ -93,11 +93,9 @@ def test_an_average_is_one_entry(small, tmp_path):
     assert len(re.findall(r"(?m)^ *p .*\bthird\b", table)) == 2
     assert (tmp_path / "x.svg").exists()
     screen = f"""
-from pathlib import Path
 from orbitdb.cli.tui import statistics_screen as screen
-from orbitdb.store.selection import Selection
 from orbitdb.catalogue import Catalogue
-found = screen.statistics(Catalogue(Path({small!r})), Selection())
+found = Catalogue({small!r}).statistics()
 curves = screen.curves_of(found, None)["lambda_d"]
 print("lambda_c_third" in screen.columns(), [each.name for each in curves])
 """

@@ -74,7 +74,7 @@ def test_the_figure_of_entropy_shows_whole_periods_and_proved_bounds(known):
     assert {4, 5} <= set(shown) == set(expected) & set(shown)
     assert shown == {p: pytest.approx(expected[p]) for p in shown}
     (band,) = ax.patches
-    proved, _ = answer(known.path, enclosure, 1.6)
+    proved = answer(known.path, enclosure, 1.6).bounds
     assert (band.get_y(), band.get_height()) == pytest.approx((proved.lower, proved.upper - proved.lower))
     assert made.get_suptitle() == "words of period 2 to 5 at a = 1.6"
     by_period(ax, "topological entropy\n(per bounce)")

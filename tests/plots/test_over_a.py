@@ -21,9 +21,9 @@ from orbitdb import Catalogue, Selection, solve_word
 from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.entropy_bounds.windows import geometric_entropy
 from orbitdb.errors import InputError
+from orbitdb.orbits.solve import with_existence
 from orbitdb.plots import over_a
 from orbitdb.plots.style import BLUE, ORANGE
-from orbitdb.store.lookup import with_existence
 
 
 def orbits_at(known: Catalogue, p: int, a: float) -> int:

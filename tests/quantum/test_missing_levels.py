@@ -1,7 +1,6 @@
 """Spectra judged by the orbits: levels from orbits, missing levels, and the fitted radius."""
 
 import math
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -10,7 +9,7 @@ from contents import answer
 from there import there
 
 from orbitdb import Catalogue, InputError
-from orbitdb.answers.levels import assess_levels, levels_from_orbits, read_orbits, stored_counterparts
+from orbitdb.answers.levels import levels_from_orbits, read_orbits, stored_counterparts
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.comparison import CUTOFF
 from orbitdb.quantum.levels import levels
@@ -184,9 +183,9 @@ def test_a_short_window_says_how_uncertain_its_first_number_is(window):
 
 def test_a_list_without_its_lowest_levels_is_told_that_it_may_be_a_window(catalogue, window):
     k, below, assessed = window
-    _, notes = answer(catalogue.path, partial(assess_levels, a=1.6, k=k, parity="oo"))
+    notes = catalogue.assess(k, parity="oo", a=1.6).notes
     said = f"the {below} lowest levels are missing: a list that begins higher up is a window, --window"
-    assert notes == [said]
+    assert notes == (said,)
     with pytest.raises(InputError, match="add --window"):
         catalogue.assess(k[k > 13.5], parity="oo")
     with pytest.raises(InputError, match="the list has only 9 levels"):
@@ -204,8 +203,8 @@ def test_a_list_that_lacks_a_third_of_its_levels_is_judged(orbits, exact):
 
 def test_a_list_in_which_every_level_stands_twice_is_merged(catalogue, exact):
     twice = np.sort(np.concatenate([exact, exact + 1e-4]))
-    assessment, notes = answer(catalogue.path, partial(assess_levels, a=1.6, k=twice, parity="oo"))
-    assert notes == ["every level stands twice in the list: each pair counts as one level"]
+    assessment = catalogue.assess(twice, parity="oo", a=1.6)
+    assert assessment.notes == ("every level stands twice in the list: each pair counts as one level",)
     assert (len(assessment), assessment.gaps) == (len(exact), [])
     once, pairs = without_twins(exact, Stadium(1.6), Parity.OO)
     assert (len(once), pairs) == (len(exact), 0)

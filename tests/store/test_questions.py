@@ -11,7 +11,6 @@ from collections import Counter
 import model
 import numpy as np
 import pytest
-from contents import answer
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, LIMITS, NAMES, OFFSETS, ORDERS, expected, make_catalogue_to_ask
@@ -20,7 +19,6 @@ from same import same
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.main import execute
-from orbitdb.cli.tui.counts_screen import histogram, tally
 from orbitdb.store import where as limits
 from orbitdb.store.connection import driver_of
 from orbitdb.store.file import reading
@@ -114,7 +112,7 @@ def test_classes_agree_with_a_list(asked, criteria):
 def test_tallies_agree_with_a_list(asked, criteria, names):
     catalogue, rows = asked
     wanted = model.columns_of(expected(rows, criteria), names)
-    found = answer(catalogue.path, tally, Selection.from_criteria(**criteria), names)
+    found = catalogue.tally(names, **criteria)
     assert found == {name: Counter(row[place] for row in wanted) for place, name in enumerate(names)}
 
 
@@ -124,9 +122,9 @@ def test_histograms_agree_with_a_list(asked, criteria, column, bins):
     catalogue, rows = asked
     values = [row[column] for row in expected(rows, criteria)]
     known = [value for value in values if value is not None]
-    found = answer(catalogue.path, histogram, Selection.from_criteria(**criteria), column, bins)
-    if found is None:
-        assert not known
+    found = catalogue.histogram(column, bins=bins, **criteria)
+    if not known:
+        assert (found.edges.size, found.counts.size, found.without) == (0, 0, len(values))
         return
     assert found.counts.tolist() == np.histogram(known, found.edges)[0].tolist()
     assert (found.counts.sum(), found.without) == (len(known), len(values) - len(known))

@@ -6,13 +6,12 @@ from itertools import product
 
 import numpy as np
 import pytest
-from contents import alter, answer, ask, made
+from contents import alter, ask, made
 from rules import broken_by_hand
 from there import there
 
 from orbitdb import Catalogue, InputError
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.cli.tui.counts_screen import histogram
 from orbitdb.entropy_bounds.bounds import search
 from orbitdb.filling.fill import fill_periods
 from orbitdb.store.selection import Selection
@@ -93,13 +92,22 @@ def _numbers(values):
 
 
 def test_bins_have_round_edges(filled_once):
-    lengths = there(answer(filled_once, histogram, Selection(periods=((2, 5),)), "length", 10))
+    lengths = Catalogue(filled_once).histogram("length", p="2-5", bins=10)
     assert lengths.edges == pytest.approx(np.arange(10, 23, 2))
-    fine = there(answer(filled_once, histogram, Selection(periods=((2, 5),)), "lambda_d", 10)).edges
+    fine = Catalogue(filled_once).histogram("lambda_d", p="2-5", bins=10).edges
     assert fine.tolist() == [float(f"{edge:.2f}") for edge in fine]
-    alone = there(answer(filled_once, histogram, Selection(periods=((2, 2),)), "length", 10))
+    alone = Catalogue(filled_once).histogram("length", p=2, bins=10)
     assert (alone.counts.tolist(), alone.edges.tolist()) == ([1], [10.0, 11.0])
-    assert answer(filled_once, histogram, Selection(), "born", 10) is None
+    none = Catalogue(filled_once).histogram("born", bins=10)
+    assert (len(none.edges), len(none.counts), none.without) == (0, 0, Catalogue(filled_once).count())
+
+
+@pytest.mark.parametrize("column", ["code", "element", "area", "cycle", "lenght"])
+def test_only_columns_that_all_words_of_a_class_share_are_counted(filled_once, column):
+    """The signed area differs between mirror images, so the representative's cannot stand for all words."""
+    for count in (lambda c: c.tally([column]), lambda c: c.histogram(column), lambda c: c.histogram("p")):
+        with pytest.raises(InputError, match="the columns are"):
+            count(Catalogue(filled_once))
 
 
 @pytest.mark.parametrize(("least", "most", "logarithmic"), [(1, 1000, False), (1, 1001, True), (0, 1, False)])
@@ -109,7 +117,7 @@ def test_bins_are_logarithmic_if_values_span_decades(filled, least, most, logari
         f"UPDATE orbit SET margin = {least} WHERE margin > 0",
         f"UPDATE orbit SET margin = {most} WHERE cycle IN (SELECT id FROM cycle WHERE p = 2)",
     )
-    margins = there(answer(filled, histogram, Selection(where="margin >= 0"), "margin", 10))
+    margins = Catalogue(filled).histogram("margin", where="margin >= 0", bins=10)
     assert margins.logarithmic is logarithmic
     spaces = np.diff(np.log(margins.edges) if logarithmic else margins.edges)
     assert np.ptp(spaces) < 1e-9 * spaces[0]

@@ -8,8 +8,6 @@ from functools import partial
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import Pages
-from orbitdb.store.connection import never
-from orbitdb.store.query import first_of_period, first_that_begins, position_of
 from orbitdb.symbols.words import SYMBOLS, WordError, least_rotation, parse_primitive
 
 PAUSE = 2.0
@@ -19,7 +17,7 @@ Place = tuple[int | None, str]
 """The index of a row, or None, and a description of what was found there."""
 
 
-def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) -> Place:
+def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool]) -> Place:
     """Return the index of the first row that the typed digits stand for, and a description of it.
 
     A number of one or two digits is a period if there are rows of that period. Anything else is a code: a
@@ -28,16 +26,16 @@ def place_of(pages: Pages, typed: str, cancelled: Callable[[], bool] = never) ->
     """
     assert pages.catalogue is not None
     period = int(typed) if len(typed) <= 2 and typed[0] != "0" else 0
-    with pages.catalogue.snapshot(cancelled) as connection:
-        place = first_of_period(connection, pages.chosen, period) if period else None
+    with pages.catalogue.snapshot(cancelled):
+        place = pages.first_of_period(period) if period else None
         if place is not None:
             return place, f"period {period}"
         if not set(typed) <= set(SYMBOLS):
             return None, f"no period {period}" if period else f"no code {typed}"
         with suppress(WordError):
-            place = position_of(connection, pages.chosen, least_rotation(parse_primitive(typed)))
+            place = pages.position(least_rotation(parse_primitive(typed)))
         if place is None:
-            place = first_that_begins(connection, pages.chosen, typed)
+            place = pages.first_that_begins(typed)
     return place, f"code {typed}" if place is not None else f"no code {typed}"
 
 

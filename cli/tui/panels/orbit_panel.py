@@ -18,7 +18,7 @@ from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import CatalogueFile
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.lookup import with_existence
+from orbitdb.orbits.solve import with_existence
 from orbitdb.symbols.symmetry import images_of
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
 from orbitdb.text import format_float

@@ -10,14 +10,11 @@ from textual.containers import Vertical
 from textual.reactive import reactive
 from textual.widgets import Static
 
-from orbitdb.answers.completeness import lacking_births, partial_periods, unfilled
 from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog
 from orbitdb.cli.tui.panels.jumps import Jumps
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, CatalogueFile, Kept, Ordering, Pages, known_columns
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.connection import Connection
-from orbitdb.store.query import select_words
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
@@ -121,19 +118,16 @@ class RowsPanel(Vertical, Jumps):
             time.sleep(_PAUSE if patient else 0.0)
             if cancelled():
                 return
-            with catalogue.snapshot(cancelled) as connection:
-                gaps = _gaps(connection, selection)
+            with catalogue.snapshot(cancelled):
+                listing = catalogue.rows(selection, columns=fields, order=str(ordering))
+                gaps = "; ".join(map(_with_key, listing.gaps))
                 if early:
-                    yield (
-                        Pages(catalogue, select_words(connection, selection, most=_FIRST), fields),
-                        gaps,
-                        None,
-                    )
-                chosen = select_words(connection, selection, str(ordering))
-                count = len(chosen) if selection == unfiltered else total
+                    yield Pages.read(catalogue, selection, ordering, fields, _FIRST), gaps, None
+                rows = Pages.read(catalogue, selection, ordering, fields)
+                count = len(rows) if selection == unfiltered else total
                 if count is None:
-                    count = len(select_words(connection, unfiltered))
-            yield Pages(catalogue, chosen, fields), gaps, count
+                    count = catalogue.count(unfiltered)
+            yield rows, gaps, count
 
         def show(reading: _Reading) -> None:
             rows, gaps, self.total = reading
@@ -233,15 +227,7 @@ class RowsPanel(Vertical, Jumps):
         self.border_subtitle = " │ ".join(filter(None, (self.note, place)))
 
 
-def _gaps(connection: Connection, selection: Selection) -> str:
-    """Return notes on periods that are partial or not filled, or lack births that are needed."""
-    missing, partial = (
-        unfilled(connection, selection),
-        [str(p) for p in partial_periods(connection, selection)],
-    )
-    parts = [
-        f"p = {', '.join(partial)} {'are' if len(partial) > 1 else 'is'} partial" if partial else "",
-        f"{missing}, or press f" if missing else "",
-        lacking_births(connection, selection) or "",
-    ]
-    return "; ".join(filter(None, parts))
+def _with_key(gap: str) -> str:
+    """Add the key that does the same as the command of a note, if there is one."""
+    fills = "'orbitdb fill --p " in gap and "--geometric" not in gap
+    return f"{gap}, or press f" if fills else gap

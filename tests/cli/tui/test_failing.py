@@ -20,6 +20,7 @@ from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.stored import NONE, Kept, Ordering
 from orbitdb.orbits.solve import solve_word
+from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
 
 
@@ -31,7 +32,12 @@ def test_exports_without_their_extra_name_it_and_leave_no_file(varied, tmp_path,
     catalogue, orbit = Catalogue(varied), solve_word("13", 1.6)
     few = Selection(periods=((2, 3),))
     for path, write, module, told in (
-        (tmp_path / "x.parquet", partial(write_rows, catalogue, few, Ordering()), "pyarrow", "parquet"),
+        (
+            tmp_path / "x.parquet",
+            partial(write_rows, catalogue, few, Ordering(), cancelled=never),
+            "pyarrow",
+            "parquet",
+        ),
         (tmp_path / "x.png", partial(save_orbit, orbit, False), "matplotlib", "plot"),
     ):
         for loaded in ("orbitdb.plots.style", "pyarrow.parquet"):

@@ -12,6 +12,7 @@ from orbitdb.cli.tui.panels import filter_bar
 from orbitdb.cli.tui.stored import EVERY, USUAL, Kept, Ordering, State
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
+from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
 
 
@@ -69,7 +70,7 @@ async def test_marked_orbits_and_filters_are_kept_and_exported(filled_once, tmp_
         await ask(pilot, "slash", "p < 4")
         await press(pilot, "apostrophe")
         assert len(table_of(app).source) == 2
-        told = write_rows(app.file.reader, app.screen.choices.selection, Ordering(), file)
+        told = write_rows(app.file.reader, app.screen.choices.selection, Ordering(), file, never)
         assert told.startswith("2 rows")
         await press(pilot, "asterisk")
         assert [row_of(app)[0], len(table_of(app).source)] == ["13", 1]

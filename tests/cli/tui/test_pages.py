@@ -16,7 +16,7 @@ from orbitdb.cli.tui.panels.jumps import place_of
 from orbitdb.cli.tui.panels.paged_table import PagedTable, width_of
 from orbitdb.cli.tui.stored import EVERY, USUAL, Ordering, Pages
 from orbitdb.errors import StoreError
-from orbitdb.store.query import select_words
+from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import CancelledError
 
@@ -42,9 +42,7 @@ def catalogue(asked):
 
 
 def pages_of(catalogue, selection, ordering=NATURAL, columns=SHOWN):
-    source = Catalogue(catalogue.path)
-    with source.snapshot() as connection:
-        return Pages(source, select_words(connection, selection, str(ordering)), columns)
+    return Pages.read(Catalogue(catalogue.path), selection, ordering, columns)
 
 
 @given(criteria=CRITERIA, ordering=ORDERINGS, names=NAMES, places=PLACES)
@@ -73,7 +71,7 @@ def test_digits_find_the_first_match(asked, criteria, ordering, typed):
     period = len(typed) <= 2 and typed[0] != "0" and [word for word in words if len(word) == int(typed)]
     turned = [word for word in words if len(word) == len(typed) and typed in 2 * word]
     fits = period or turned or [word for word in words if word.startswith(typed)]
-    place, _ = place_of(pages_of(catalogue, Selection.from_criteria(**criteria), ordering), typed)
+    place, _ = place_of(pages_of(catalogue, Selection.from_criteria(**criteria), ordering), typed, never)
     assert (None if place is None else words[place]) == (fits[0] if fits else None)
 
 

@@ -26,6 +26,7 @@ from orbitdb.cli.tui.stored import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.orbits.status import Status
+from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import parse, primitive_root
 
@@ -86,12 +87,12 @@ async def test_a_particle_runs_and_phase_space_shows_the_bounces(filled):
 
 
 def test_statistics_of_a_subset_count_only_its_words(filled):
-    from orbitdb.cli.tui.statistics_screen import curves_of, statistics
+    from orbitdb.cli.tui.statistics_screen import curves_of
     from orbitdb.orbits.exponents import OrbitClasses
 
     catalogue = Catalogue(filled)
     chosen = Selection(contains="13", statuses=(Status.ORBIT,))
-    found = statistics(Catalogue(filled), chosen)
+    found = catalogue.statistics(chosen)
     rows = list(catalogue.rows(chosen, columns=("p", "length", "lyapunov", "walls")))
     import numpy as np
 
@@ -100,9 +101,9 @@ def test_statistics_of_a_subset_count_only_its_words(filled):
     assert found["N"] == entropy(single, 7).N.tolist()
     assert found["lambda_c"] == pytest.approx(lyapunov(single, 7).lambda_c, nan_ok=True)
     assert sum(found["N_c"]) == len(rows)
-    even = statistics(Catalogue(filled), Selection(periods=((4, 4), (6, 6))))
+    even = catalogue.statistics(p="4,6")
     assert even["p"] == [4, 6]
-    whole = statistics(Catalogue(filled), Selection(periods=((2, 6),)))
+    whole = catalogue.statistics(p="2-6")
     for name in ("N", "K_0", "h_zeta", "lambda_d_pair", "lambda_d_sum_rule"):
         assert even[name] == [whole[name][2], whole[name][4]]
     assert np.isfinite(curves_of(even, None)["entropy"][0].y).all()
@@ -162,7 +163,7 @@ def test_the_dialog_reads_periods_as_the_command_does():
 def test_every_kind_of_export_writes_the_shown_data(filled, tmp_path, name):
     catalogue, path, few = Catalogue(filled), tmp_path / name, Selection(periods=((2, 4),))
     if name == "rows.tsv":
-        told = write_rows(Catalogue(filled), few, Ordering("length", True), path)
+        told = write_rows(Catalogue(filled), few, Ordering("length", True), path, never)
     else:
         told = save_orbit(catalogue.find("013", a=1.6), False, path)
     assert str(path) in told
@@ -178,7 +179,7 @@ def test_every_kind_of_export_writes_the_shown_data(filled, tmp_path, name):
     with pytest.raises(InputError):
         save_orbit(None, False, tmp_path / "x.svg")
     with pytest.raises(InputError):
-        write_rows(None, Selection(), Ordering(), tmp_path / "x.csv")
+        write_rows(None, Selection(), Ordering(), tmp_path / "x.csv", never)
 
 
 @pytest.mark.slow

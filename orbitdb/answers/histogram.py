@@ -1,0 +1,94 @@
+"""How often each value of a column occurs in a subset: `Catalogue.tally` and `Catalogue.histogram`."""
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from orbitdb.arrays import Floats, Integers
+from orbitdb.columns import IN_CATALOGUE
+from orbitdb.errors import check_int
+from orbitdb.store.connection import Connection
+from orbitdb.store.query import select_words
+from orbitdb.store.rows import ROTATION_COLUMNS
+from orbitdb.store.selection import Selection, unknown_column
+
+_NAMES = ("a", "cycle", "representative", *ROTATION_COLUMNS)
+
+TALLIED = tuple(column.name for column in IN_CATALOGUE if column.name not in _NAMES)
+"""The columns to count by: those that all words of a class share, without those that name a class."""
+
+MEASURED = tuple(column.name for column in IN_CATALOGUE if column.name in TALLIED and column.kind == "number")
+"""The columns to count in bins: those with real numbers."""
+
+_FINEST = 1e-12
+"""Smallest relative width of a bin; edges closer than this would look the same in print."""
+
+_DECADES = 1000.0
+"""Bins are logarithmic if the largest value is more than this many times the smallest."""
+
+
+class Histogram(NamedTuple):
+    """Numbers of words in the bins of a column; a value on an edge is in the bin above.
+
+    Attributes
+    ----------
+    edges : ndarray, shape (bins + 1,)
+        The edges of the bins, ascending, in the unit of the column; without any value, there are no bins.
+    counts : ndarray, shape (bins,)
+        The number of words in each bin.
+    without : int
+        The number of words without a value.
+    logarithmic : bool
+        Whether the bins have equal widths in the logarithm; otherwise the edges are round numbers.
+    """
+
+    edges: Floats
+    counts: Integers
+    without: int
+    logarithmic: bool
+
+
+def tally(connection: Connection, selection: Selection, columns: Sequence[str]) -> dict[str, Counter[Any]]:
+    """Count the words of a subset by the values of each of some columns (`Catalogue.tally`)."""
+    for name in columns:
+        if name not in TALLIED:
+            raise unknown_column(name, TALLIED)
+    chosen = select_words(connection, selection, columns=columns)
+    words = chosen.counts.tolist()
+    tallies: dict[str, Counter[Any]] = {name: Counter() for name in columns}
+    for name, numbers in tallies.items():
+        for value, count in zip(chosen.values[name].tolist(), words, strict=True):
+            numbers[None if value != value else value] += count
+    return tallies
+
+
+def histogram(connection: Connection, selection: Selection, column: str, bins: int) -> Histogram:
+    """Count the words of a subset in bins of a column (`Catalogue.histogram`)."""
+    if column not in MEASURED:
+        raise unknown_column(column, MEASURED)
+    most = check_int("bins", bins)
+    chosen = select_words(connection, selection, columns=(column,))
+    values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
+    present = ~np.isnan(values)
+    if not present.any():
+        return Histogram(np.zeros(0), np.zeros(0, np.int64), int(rows.sum()), False)
+    low, high = float(values[present].min()), float(values[present].max())
+    logarithmic = low > 0 and high > _DECADES * low
+    edges = np.geomspace(low, high, most + 1) if logarithmic else _round_edges(low, high, most)
+    # the outer edges are rounded, so a value may lie an ulp outside
+    counts, _ = np.histogram(np.clip(values[present], edges[0], edges[-1]), edges, weights=rows[present])
+    return Histogram(edges, counts, int(rows[~present].sum()), logarithmic)
+
+
+def _round_edges(low: float, high: float, bins: int) -> Floats:
+    """Return successive multiples of a round number, such as 0.2 or 2.5, from below `low` to above `high`."""
+    width = max((high - low) / bins, _FINEST * abs(high))
+    decade = 10.0 ** math.floor(math.log10(width)) if low < high else 1.0
+    steps = (decade * factor for factor in (1.0, 2.0, 2.5, 5.0, 10.0, 20.0))
+    spans = ((step, math.floor(low / step), math.floor(high / step) + 1) for step in steps)
+    step, first, last = next(span for span in spans if span[2] - span[1] <= bins)
+    # 3 * 0.1 is an ulp above the 0.3 that a user would type
+    return np.asarray([float(f"{step * n:.15g}") for n in range(first, last + 1)])
