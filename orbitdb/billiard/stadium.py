@@ -38,7 +38,7 @@ class StadiumError(InputError):
 def _half_length(a: Any) -> float:
     """Return a half length as a float; raise `StadiumError` if it is not valid."""
     number = isinstance(a, Real | Decimal) and not isinstance(a, bool)
-    if isinstance(a, np.floating) and not isinstance(a, float):
+    if isinstance(a, np.floating) and a.dtype != np.float64:
         a = float(str(a))  # what is written as 1.6 is 1.6 in single precision, too
     if number and MIN_A <= a <= MAX_A:
         return float(a)

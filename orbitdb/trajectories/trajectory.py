@@ -217,7 +217,8 @@ def trajectory(
     0.91
     """
     stadium = as_stadium(stadium)
-    if isinstance(bounces, bool) or not isinstance(bounces, Integral) or not 1 <= bounces <= MOST_FOLLOWED:
+    number: Any = bounces
+    if isinstance(number, bool) or not isinstance(number, Integral) or not 1 <= number <= MOST_FOLLOWED:
         raise InputError(f"bounces {bounces}: give 1 to {MOST_FOLLOWED}")
     given = [value for value in (x, y, angle) if value is not None]
     if len(given) != (3 if seed is None else 0):

@@ -259,6 +259,26 @@ def test_a_dataset_that_cannot_be_deleted_is_replaced_or_stays_whole(known, fold
     assert cli("verify", str(folder)).code == 0
 
 
+@pytest.mark.parametrize("failing", [1, 2])
+def test_a_dataset_is_put_back_if_it_cannot_be_renamed(known, folder, cli, monkeypatch, failing):
+    """The first rename moves the old folder away, the second one moves the new folder to its place."""
+    asked = "export", str(folder), "--dataset", "--p", "2", "--force", "--db", known
+    before = files_of(folder)
+    rename, calls = os.rename, list[object]()
+
+    def refused(old, new):
+        calls.append(new)
+        if len(calls) == failing:
+            raise PermissionError(13, "Permission denied", old)
+        rename(old, new)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "rename", refused)
+        assert cli(*asked).says(3, "cannot be written (Permission denied); nothing was saved")
+    assert files_of(folder) == before
+    assert [path.name for path in folder.parent.iterdir()] == ["data"]
+
+
 @pytest.mark.parametrize("other", ["mine.txt", "orbits/orbits.db", ".git/config"])
 def test_force_keeps_a_folder_that_holds_something_else(known, folder, cli, other):
     (folder / other).parent.mkdir(exist_ok=True)

@@ -120,7 +120,7 @@ def test_on_a_terminal_the_command_asks(awkward, cli, monkeypatch, reply, code, 
 
 def at_a(path: Path, rows: Tables, a: float, periods: Iterable[int] = ()) -> Tables:
     """Return the rows that belong to a stadium, or to some of its periods."""
-    number = dict((a, number) for number, a, *_ in rows["stadium"]).get(a)
+    number = {a: number for number, a, *_ in rows["stadium"]}.get(a)
     period = dict(ask(path, "SELECT id, p FROM cycle"))
     own: Tables = {}
     for name in ("orbit", "certificate"):
