@@ -87,8 +87,11 @@ def test_other_tools_read_the_same_tables_as_the_catalogue(known, folder):
     assert [(row["a"], row["p"], row["N_c"]) for row in counts][-1] == ("1.6", "5", "80")
     averages = pandas.read_csv(folder / "averages.csv")
     assert averages[["a", "p"]].values.tolist() == [[1, 2], [1, 3], [1.6, 2], [1.6, 3], [1.6, 4], [1.6, 5]]
-    levels = sorted(float(row["k"]) for row in read_csv(folder / "levels.csv"))
-    assert levels == [k for (k,) in ask(Path(known), "SELECT k FROM level ORDER BY k")]
+    names = {"parity": str, "number": int, "k": float, "error": float}
+    levels = [
+        tuple(kind(row[name]) for name, kind in names.items()) for row in read_csv(folder / "levels.csv")
+    ]
+    assert sorted(levels) == sorted(ask(Path(known), f"SELECT {', '.join(names)} FROM level"))
     (trajectories,) = read_csv(folder / "trajectories.csv")
     assert (trajectories["a"], trajectories["seed"]) == ("1.6", "7")
     (bounds,) = read_csv(folder / "bounds.csv")
