@@ -1,9 +1,15 @@
 """Questions about awkward cases: OR and capitals in filters, 0 as a value, negative values, sweeps alone."""
 
+from contextlib import closing
+
+import numpy as np
 import pytest
-from contents import ask
+from contents import ask, whole
 
 from orbitdb import Catalogue, Selection
+from orbitdb.quantum.levels import LevelWindow
+from orbitdb.quantum.weyl import Parity
+from orbitdb.store.writing import Writer, keep_levels
 
 NAMES = ("code", "p", "status", "walls", "area", "length", "symmetry", "time_reversal")
 
@@ -103,8 +109,9 @@ def test_births_are_missed_wherever_they_are_asked_for(catalogue, asked):
 
 
 def test_an_a_with_sweeps_or_levels_alone_is_listed_as_such(catalogue, awkward, cli):
-    assert catalogue.a_values() == catalogue.a_values(orbits=True) == [0.3, 1.6, 2.5, 3.0]
-    assert catalogue.a_values(with_levels=True) == [0.3, 1.0, 1.6, 2.5, 3.0]
+    assert catalogue.a_values() == [0.3, 1.6, 2.0, 2.5, 3.0]
+    assert catalogue.a_values(orbits=True) == [0.3, 1.6, 2.5, 3.0]
+    assert 1.0 in catalogue.a_values(with_levels=True)
     swept = catalogue.counts(a=2.5)
     assert (swept.from_sweeps, swept.from_births) == ((6,), (2, 3, 4, 5, 7))
     assert [*catalogue.rows(a=2.5)] == []
@@ -144,3 +151,30 @@ def test_certificates_belong_to_one_a(catalogue, awkward_once):
             assert catalogue.certificate(catalogue.orbit(word, a=a)) == tuple(proof)
         assert stored
         assert catalogue.certificate(catalogue.orbit(stored[0][0], a=3)) is None
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "kept"),
+    [
+        (6.0, 8.0, True),
+        (5.9, 8.0, False),
+        (6.0, 8.1, False),
+        (2.0, 3.0, False),
+        (7.0, 10.0, False),
+        (9.0, 9.5, True),
+    ],
+)
+def test_windows_of_levels_touch_but_do_not_overlap(awkward, low, high, kept):
+    """Windows 0-6 and 8-9 of parity ee are stored; the levels of 6-8 lie between theirs."""
+    before = whole(awkward)
+    k = np.array([low, (low + high) / 2])
+    levels = LevelWindow(1.6, Parity.EE, low, high, 20, k, k * 1e-12)
+    with closing(Writer(awkward, {"command": "levels"})) as writer:
+        assert keep_levels(writer, levels) == kept
+    after = whole(awkward)
+    new = [row[:5] for row in after["level"] if row not in before["level"]]
+    assert new == ([(1.6, "ee", 21, k[0], k[0] * 1e-12), (1.6, "ee", 22, k[1], k[1] * 1e-12)] if kept else [])
+    assert [row[:5] for row in after["level_fill"] if row not in before["level_fill"]] == (
+        [(1.6, "ee", low, high, 20)] if kept else []
+    )
+    assert {**after, "level": [], "level_fill": []} == {**before, "level": [], "level_fill": []}

@@ -173,7 +173,7 @@ def test_classes_that_another_a_needs_stay(varied, tmp_path):
     assert left == {name: rows for name, rows in without(before, gone).items() if name != "cycle"}
 
 
-@pytest.mark.parametrize("a", [0.3, 1.0, 1.6, 2.5, 3.0])
+@pytest.mark.parametrize("a", [0.3, 1.0, 1.6, 2.0, 2.5, 3.0])
 def test_everything_at_one_a_goes_and_every_other_row_stays(awkward, a):
     """Stadiums with sweeps alone stay with their sweeps; levels belong to an a without a stadium, too."""
     before = whole(awkward)

@@ -46,10 +46,10 @@ def awkward(path: Path) -> None:
     """Make a catalogue with what others lack.
 
     At a = 1.6 there are periods 2-8, two windows of levels of one parity with a gap between them,
-    certificates, and negative areas. At a = 0.3 periods 2-7, averages and a bound. At a = 3 and 2.5 there are
-    sweeps alone. At a = 1 there are levels alone, with one missing and one spurious in one gap. There are
-    births of p = 2-7, one made-up death, and pruned words. Period 8 is stored at one value of a, and has no
-    births.
+    certificates, and negative areas. At a = 0.3 there are periods 2-4 and 6-7, averages and a bound; at 3 and
+    2.5 sweeps alone; at 2 averages alone; at 1 levels alone, with one missing and one spurious in one gap.
+    There are births of p = 2-7, one made-up death, and pruned words. Period 8 is stored at one value of a,
+    and has no births.
     """
     path.write_bytes(gzip.decompress(SCHEMA_9.read_bytes()))
     catalogue = Catalogue.create(path, a=0.3)
@@ -57,6 +57,7 @@ def awkward(path: Path) -> None:
     catalogue.sweep(6, a=2.5)
     catalogue.sweep("6-7")
     catalogue.simulate(bounces=2000, seed=1)
+    catalogue.simulate(bounces=2000, seed=1, a=2.0)
     catalogue.prove_bounds(3)
     keep_made_levels(path, 1.0)
     fifth = "a = 1 AND parity = 'ee' AND number = 5"
