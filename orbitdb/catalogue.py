@@ -1513,7 +1513,7 @@ class Catalogue:
         self, selection: Selection | Sequence[Selection] | None, criteria: Criteria
     ) -> tuple[Selection, ...]:
         """Return the chosen subset at each a."""
-        values = criteria.get("a")
+        values: Any = criteria.get("a")
         if selection is None and isinstance(values, Iterable) and not isinstance(values, str):
             named = criteria.copy()
             named["a"] = None

@@ -190,6 +190,20 @@ def exact_once(made_once: Callable[..., Path]) -> "NDArray[np.float64]":
     return np.loadtxt(made_once("exact", lambda path: np.savetxt(path, levels(1.6, 16.0, parities=["oo"]).k)))
 
 
+@pytest.fixture(scope="session")
+def awkward_once(made_once: Callable[..., Path]) -> Path:
+    """The catalogue that schema 9 left, with more of what is rarely stored; see `awkward`."""
+    from contents import awkward
+
+    return made_once("awkward", awkward)
+
+
+@pytest.fixture
+def awkward(awkward_once: Path, tmp_path: Path) -> Path:
+    """A copy of the catalogue with the awkward cases (`contents.awkward`), the command line's default."""
+    return Path(shutil.copy(awkward_once, tmp_path / "orbits.db"))
+
+
 @pytest.fixture
 def own(varied: Path, tmp_path: Path) -> Path:
     """A copy of the varied catalogue, the default of the command line."""

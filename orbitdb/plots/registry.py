@@ -197,7 +197,7 @@ def chosen_name(kind: str | None, own: Sequence[str]) -> str:
     if kind is None:
         return own[0]
     for name in own:
-        if isinstance(kind, str) and plain_name(kind) == plain_name(name):
+        if plain_name(str(kind)) == plain_name(name):
             return name
     raise InputError(f"kind {kind!r:.40}: use {', '.join(own)}")
 

@@ -77,7 +77,7 @@ def rules_of(word: str) -> list[int]:
     return rule_numbers(int(rules_broken(from_strings([word]))[0]))
 
 
-def need_admissible(words: Words) -> None:
+def need_admissible(words: object) -> None:
     """Raise `WordError` unless the argument is an array of admissible words, shape (N, p).
 
     Raises

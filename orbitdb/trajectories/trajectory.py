@@ -217,7 +217,9 @@ def trajectory(
     0.91
     """
     stadium = as_stadium(stadium)
-    if isinstance(bounces, bool) or not isinstance(bounces, Integral) or not 1 <= bounces <= MOST_FOLLOWED:
+    number: Any = bounces
+    whole = isinstance(number, Integral) and not isinstance(number, bool)
+    if not whole or not 1 <= number <= MOST_FOLLOWED:
         raise InputError(f"bounces {bounces}: give 1 to {MOST_FOLLOWED}")
     given = [value for value in (x, y, angle) if value is not None]
     if len(given) != (3 if seed is None else 0):
@@ -227,8 +229,8 @@ def trajectory(
     # the bounce before the start tells the sense of a run
     joined = [np.append(row[1, 0], row[0])[None] for row in (rays.x, rays.y, rays.side)]
     (symbols,), _ = written(stadium, *joined)
-    x, y, vx, vy, _, error, path, lyapunov = (row[0, :-1] for row in (*rays, error, path, lyapunov))
-    return Bounces(stadium, x, y, np.arctan2(vy, vx), symbols, path, error, lyapunov)
+    own_x, own_y, vx, vy, _, error, path, lyapunov = (row[0, :-1] for row in (*rays, error, path, lyapunov))
+    return Bounces(stadium, own_x, own_y, np.arctan2(vy, vx), symbols, path, error, lyapunov)
 
 
 def random_start(stadium: Stadium, seed: int | np.random.Generator) -> tuple[float, float, float]:

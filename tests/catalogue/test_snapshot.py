@@ -93,8 +93,8 @@ def test_a_missing_file_is_an_empty_catalogue_if_that_is_allowed(tmp_path):
         Catalogue(path)
     catalogue = Catalogue(path, missing_ok=True)
     copy = pickle.loads(pickle.dumps(catalogue))
-    assert catalogue.missing
     for empty in (catalogue, copy):
+        assert empty.missing
         assert (len(empty), empty.a_values(), empty.a) == (0, [], 1.6)
         assert [*empty.rows()] == [*empty.fills()] == []
         assert (empty.find("13"), empty["13"].stored, empty["13"].length) == (None, False, 10.4)

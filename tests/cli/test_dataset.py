@@ -87,8 +87,11 @@ def test_other_tools_read_the_same_tables_as_the_catalogue(known, folder):
     assert [(row["a"], row["p"], row["N_c"]) for row in counts][-1] == ("1.6", "5", "80")
     averages = pandas.read_csv(folder / "averages.csv")
     assert averages[["a", "p"]].values.tolist() == [[1, 2], [1, 3], [1.6, 2], [1.6, 3], [1.6, 4], [1.6, 5]]
-    levels = sorted(float(row["k"]) for row in read_csv(folder / "levels.csv"))
-    assert levels == [k for (k,) in ask(Path(known), "SELECT k FROM level ORDER BY k")]
+    names = {"parity": str, "number": int, "k": float, "error": float}
+    levels = [
+        tuple(kind(row[name]) for name, kind in names.items()) for row in read_csv(folder / "levels.csv")
+    ]
+    assert sorted(levels) == sorted(ask(Path(known), f"SELECT {', '.join(names)} FROM level"))
     (trajectories,) = read_csv(folder / "trajectories.csv")
     assert (trajectories["a"], trajectories["seed"]) == ("1.6", "7")
     (bounds,) = read_csv(folder / "bounds.csv")
@@ -257,6 +260,26 @@ def test_a_dataset_that_cannot_be_deleted_is_replaced_or_stays_whole(known, fold
         cli("export", str(folder), "--dataset", "--p", "2", "--force", "--db", known)
     assert deleted
     assert cli("verify", str(folder)).code == 0
+
+
+@pytest.mark.parametrize("failing", [1, 2])
+def test_a_dataset_is_put_back_if_it_cannot_be_renamed(known, folder, cli, monkeypatch, failing):
+    """The first rename moves the old folder away, the second one moves the new folder to its place."""
+    asked = "export", str(folder), "--dataset", "--p", "2", "--force", "--db", known
+    before = files_of(folder)
+    rename, calls = os.rename, list[object]()
+
+    def refused(old, new):
+        calls.append(new)
+        if len(calls) == failing:
+            raise PermissionError(13, "Permission denied", old)
+        rename(old, new)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(os, "rename", refused)
+        assert cli(*asked).says(3, "cannot be written (Permission denied); nothing was saved")
+    assert files_of(folder) == before
+    assert [path.name for path in folder.parent.iterdir()] == ["data"]
 
 
 @pytest.mark.parametrize("other", ["mine.txt", "orbits/orbits.db", ".git/config"])

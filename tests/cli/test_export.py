@@ -128,6 +128,9 @@ def test_classes_have_one_row_each(varied, tmp_path, cli, asked):
     if "-length" in asked:
         order = {row["representative"]: None for row in words}
         assert [row["representative"] for row in classes] == list(order)
+    elif "code" in asked:
+        assert named == sorted(named)
+        assert sorted(named, key=len) != named  # not the order of periods
     said = cli("export", str(tmp_path / "x.jsonl"), *asked, "--classes").err
     assert f"{len(classes)} rows written: classes of " in said
     assert [json.loads(row) for row in (tmp_path / "x.jsonl").read_text().splitlines()] == classes

@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from types import SimpleNamespace
 from typing import cast
 
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.commands.query import EXAMPLES
 from orbitdb.columns import GROUPS, IN_CATALOGUE
-from orbitdb.store.selection import Selection
+from orbitdb.store.selection import Selection, SelectionError
 
 EVERY = [each for _, group in GROUPS for each in group]
 
@@ -97,6 +98,32 @@ def test_a_select_that_takes_too_long_is_stopped(varied, cli, monkeypatch):
     done = cli("sql", endless, "--db", str(varied))
     assert done.code == 2
     assert "it took more than 0.1 s" in done.err
+
+
+def test_time_between_blocks_of_rows_does_not_count_but_time_in_sqlite_does(varied, monkeypatch):
+    """The clock is the test's: callers may take an hour, and a long statement ends unless the clock moves."""
+    from orbitdb.store import where as limits
+
+    clock = [0.0]
+    monkeypatch.setattr(limits, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    everything = "SELECT code FROM catalogue x, (SELECT DISTINCT p FROM catalogue)"
+    with Catalogue(varied) as catalogue:
+        count, rows = 0, iter(catalogue.sql(everything))
+        for count, _ in enumerate(rows, 1):
+            clock[0] += 3600 if count < 4 else 0
+        assert count > 2000  # more than a block
+
+        numbers = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 200000)"
+        assert [*catalogue.sql(f"{numbers} SELECT max(i) FROM n")] == [(200_000,)]  # looks at the clock often
+
+        def tick() -> float:
+            clock[0] += limits.SECONDS * 0.6
+            return clock[0]
+
+        monkeypatch.setattr(limits, "time", SimpleNamespace(monotonic=tick))
+        endless = "SELECT sum(x.p * y.p * z.p) FROM catalogue x, catalogue y, catalogue z"
+        with pytest.raises(SelectionError, match="it took more than 60 s"):
+            list(catalogue.sql(endless))
 
 
 def test_a_word_is_found_in_any_rotation_or_refused(varied, cli):

@@ -4,7 +4,6 @@ import contextlib
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from functools import partial
 from typing import cast
@@ -119,16 +118,6 @@ def test_every_use_is_stopped_in_time(own, monkeypatch, use):
     with pytest.raises(SelectionError, match=r"more than 0\.02 s"):
         uses[use]()
     assert catalogue.count(Selection()) > 300  # the connection still works
-
-
-@pytest.mark.slow
-def test_time_spent_on_using_rows_does_not_count(filled_once, monkeypatch):
-    monkeypatch.setattr(asking, "SECONDS", 0.5)
-    with reading(filled_once) as connection:
-        _, rows = asking.run_statement(connection, "SELECT code FROM catalogue", {})
-        first = next(rows)
-        time.sleep(0.6)
-        assert len([first, *rows]) == Catalogue(filled_once).count()
 
 
 INTERRUPTED = """

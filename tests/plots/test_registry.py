@@ -110,7 +110,7 @@ def test_a_figure_fits_a_column_and_its_text_can_be_read(known, name, width):
     assert made.get_size_inches()[0] == width
     FigureCanvasAgg(made).draw()
     for text in made.findobj(Text):
-        if isinstance(text, Text) and text.get_visible() and text.get_text().strip():
+        if text.get_visible() and text.get_text().strip():
             assert float(text.get_fontsize()) >= 7 - 1e-9, text
     box = made.bbox.padded(1)
     for ax in made.axes:

@@ -188,7 +188,8 @@ def test_scars_take_one_k_or_a_range_and_an_order(tmp_path):
     assert above == sorted(above, reverse=True)
     (nearest,) = catalogue.scars(9, word="02", parities="oo")
     expected = min(by["k"], key=lambda scar: abs(scar.k - 9))
-    assert (nearest.k, nearest.parity, nearest.code) == (expected.k, expected.parity, expected.code)
+    assert (nearest.parity, nearest.code) == (expected.parity, expected.code)
+    assert nearest.k == pytest.approx(expected.k, rel=1e-13)  # from another window
     assert nearest.strength == pytest.approx(expected.strength, rel=1e-9)  # from other neighbours
     assert len(catalogue.scars(9, parities="oo")) == 5
     with pytest.raises(InputError, match="give the lower end first"):

@@ -1,18 +1,22 @@
 """Deleting what is stored at one a leaves everything else as it was, and the file sound."""
 
+import os
 import shutil
 import sys
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
-import pexpect
 import pytest
-from contents import alter, ask, content, made
+from contents import alter, ask, content, made, whole
 from made_levels import keep_made_levels
-from terminal import spawn
 
 from orbitdb import Catalogue
 from orbitdb.filling.fill import fill_births
 from orbitdb.filling.sweeps import sweep_periods
+
+Tables = dict[str, list[tuple[Any, ...]]]
+"""The rows of every table, by its name."""
 
 TABLES = ("orbit", "fill", "sweep", "sweep_block", "level", "level_fill", "entropy_bound", "trajectory")
 
@@ -96,17 +100,114 @@ def test_the_command_deletes_only_with_yes(full, cli):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
-@pytest.mark.parametrize(
-    ("reply", "code", "left"), [pytest.param("n", 1, 5, marks=pytest.mark.slow), ("y", 0, 0)]
-)
-def test_on_a_terminal_the_command_asks(full, reply, code, left):
-    child = spawn("delete", "--a", "1", "--db", str(full))
-    child.expect(r"\[y/N\]")
-    child.sendline(reply)
-    child.expect(pexpect.EOF)
-    child.close()
-    assert child.exitstatus == code
-    assert len(Catalogue(full).fills(a=1.0)) == left
+@pytest.mark.parametrize(("reply", "code", "left"), [("n", 1, 7), ("", 1, 7), ("y", 0, 0)])
+def test_on_a_terminal_the_command_asks(awkward, cli, monkeypatch, reply, code, left):
+    before = whole(awkward)
+    typing, terminal = os.openpty()
+    with open(terminal, encoding="utf-8") as screen:
+        monkeypatch.setattr(sys, "stdin", screen)
+        os.write(typing, f"{reply}\n".encode())
+        done = cli("delete", "--a", "1.6")
+    os.close(typing)
+    assert done.code == code
+    assert "[y/N]" in done.err
+    assert len(Catalogue(awkward).fills(a=1.6)) == left
+    assert (whole(awkward) == before) == bool(left)
+
+
+# every table afterwards
+
+
+def at_a(path: Path, rows: Tables, a: float, periods: Iterable[int] = ()) -> Tables:
+    """Return the rows that belong to a stadium, or to some of its periods."""
+    number = {a: number for number, a, *_ in rows["stadium"]}.get(a)
+    period = dict(ask(path, "SELECT id, p FROM cycle"))
+    own: Tables = {}
+    for name in ("orbit", "certificate"):
+        own[name] = [
+            row for row in rows[name] if row[0] == number and (period[row[1]] in periods or not periods)
+        ]
+    for name in ("fill", "sweep", "sweep_block"):
+        own[name] = [row for row in rows[name] if row[0] == number and (row[1] in periods or not periods)]
+    if not periods:
+        own["trajectory"] = [row for row in rows["trajectory"] if row[1] == number]
+        for name in ("level", "level_fill", "entropy_bound"):
+            own[name] = [row for row in rows[name] if row[0] == a]
+    return own
+
+
+def without(rows: Tables, *gone: Tables) -> Tables:
+    """Return all rows but some."""
+    every = {name: {row for part in gone for row in part.get(name, ())} for name in rows}
+    return {name: [row for row in own if row not in every[name]] for name, own in rows.items()}
+
+
+@pytest.mark.parametrize("a", [0.3, 1.6])
+def test_one_period_goes_and_every_other_row_stays(awkward, cli, a):
+    before = whole(awkward)
+    gone = at_a(awkward, before, a, [6])
+    assert gone["orbit"]
+    assert gone["fill"]
+    assert cli("delete", "--a", str(a), "--p", "6", "--yes").code == 0
+    assert whole(awkward) == without(before, gone)
+
+
+def test_classes_stay_for_births_and_for_orbits_at_another_a(awkward):
+    """Period 8 has no births, and is stored at 1.6 alone; then its classes go."""
+    before = whole(awkward)
+    classes = {"cycle": ask(awkward, "SELECT * FROM cycle WHERE p = 8")}
+    gone = at_a(awkward, before, 1.6, [8])
+    Catalogue(awkward).delete(1.6, 8)
+    assert whole(awkward) == without(before, gone, classes)
+
+
+def test_classes_that_another_a_needs_stay(varied, tmp_path):
+    path = Path(shutil.copy(varied, tmp_path / "orbits.db"))
+    before = whole(path)
+    gone = at_a(path, before, 1.0, [5])
+    assert gone["orbit"]
+    Catalogue(path).delete(1.0, 5)
+    left = whole(path)
+    needed = {row[1] for row in left["orbit"]}
+    assert left.pop("cycle") == [row for row in before["cycle"] if row[0] in needed]
+    assert left == {name: rows for name, rows in without(before, gone).items() if name != "cycle"}
+
+
+@pytest.mark.parametrize("a", [0.3, 1.0, 1.6, 2.0, 2.5, 3.0])
+def test_everything_at_one_a_goes_and_every_other_row_stays(awkward, a):
+    """Stadiums with sweeps alone stay with their sweeps; levels belong to an a without a stadium, too."""
+    before = whole(awkward)
+    classes = {"cycle": ask(awkward, "SELECT * FROM cycle WHERE p > 7") if a == 1.6 else []}  # without births
+    stadium = {"stadium": [row for row in before["stadium"] if row[1] == a]}
+    gone = at_a(awkward, before, a)
+    assert any(gone.values())
+    told = str(Catalogue(awkward).delete(a))
+    assert ("level" in told, "sweep" in told) == (bool(gone["level"]), bool(gone["sweep"]))
+    assert whole(awkward) == without(before, gone, stadium, classes)
+    assert not Catalogue(awkward).contents(a)
+
+
+def test_a_sweep_goes_and_its_stadium_with_the_last(awkward):
+    catalogue = Catalogue(awkward)
+    before = whole(awkward)
+    catalogue.delete(3, "2-5")
+    assert [sweep.p for sweep in catalogue.sweeps(a=3)] == [6]
+    assert whole(awkward)["stadium"] == before["stadium"]
+    catalogue.delete(3, 6)
+    assert [row for row in before["stadium"] if row[1] != 3] == whole(awkward)["stadium"]
+
+
+def test_what_would_be_deleted_is_counted_period_by_period(awkward):
+    catalogue = Catalogue(awkward)
+    assert str(catalogue.contents(0.3, "5-6")) == "252 words, 1 fill (period 6), 1 sweep (period 6)"
+    assert str(catalogue.contents(2.5)) == "1 sweep (period 6)"
+    assert not catalogue.contents(2.5, 5)
+    levels = ask(awkward, "SELECT count(*) FROM level WHERE a = 1")[0][0]
+    assert str(catalogue.contents(1)) == f"{levels} quantum levels"
+    everything = catalogue.contents(0.3)
+    counted = (everything.words, everything.levels, everything.bounds, everything.trajectories)
+    words = ask(awkward, "SELECT count(*) FROM catalogue WHERE a = 0.3 AND p < 100")[0][0]
+    assert counted == (words, 0, ask(awkward, "SELECT count(*) FROM entropy_bound WHERE a = 0.3")[0][0], 1)
 
 
 def test_info_lists_levels_and_trajectories(full, cli):

@@ -9,7 +9,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from contents import alter, ask, content
+from contents import SCHEMA_9, alter, ask, content
 
 from orbitdb import Catalogue
 from orbitdb.errors import StoreError
@@ -30,9 +30,6 @@ def upgrade():
     with op.batch_alter_table("cycle") as batch:
         batch.alter_column("walls", existing_type=sa.Integer(), nullable=True)
 """
-SCHEMA_9 = Path(__file__).parent / "files" / "schema-9.db.gz"
-"""A small catalogue that the last version with schema 9 made, with rows in every table but `sweep_block`."""
-
 ROOT = Path(__file__).parents[2]
 
 

@@ -1,16 +1,19 @@
 """Make and alter catalogues, and read their contents in forms that can be compared."""
 
+import gzip
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
+from made_levels import keep_made_levels
 from sqlalchemy import Connection, Engine, event
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
+from orbitdb.store.tables import TABLES
 from orbitdb.verification.checks import Check
 from orbitdb.verification.verify import report, verify
 
@@ -33,6 +36,47 @@ def made(path: Path, *fills: Iterable[object]) -> Path:
         for _ in fill:
             pass
     return path
+
+
+SCHEMA_9 = Path(__file__).parents[1] / "store" / "files" / "schema-9.db.gz"
+"""A small catalogue that the last version with schema 9 made, with rows in every table but `sweep_block`."""
+
+
+def awkward(path: Path) -> None:
+    """Make a catalogue with what others lack.
+
+    At a = 1.6 there are periods 2-8, two windows of levels of one parity with a gap between them,
+    certificates, and negative areas. At a = 0.3 there are periods 2-4 and 6-7, averages and a bound; at 3 and
+    2.5 sweeps alone; at 2 averages alone; at 1 levels alone, with one missing and one spurious in one gap.
+    There are births of p = 2-7, one made-up death, and pruned words. Period 8 is stored at one value of a,
+    and has no births.
+    """
+    path.write_bytes(gzip.decompress(SCHEMA_9.read_bytes()))
+    catalogue = Catalogue.create(path, a=0.3)
+    catalogue.fill("6-7")
+    catalogue.sweep(6, a=2.5)
+    catalogue.sweep("6-7")
+    catalogue.simulate(bounces=2000, seed=1)
+    catalogue.simulate(bounces=2000, seed=1, a=2.0)
+    catalogue.prove_bounds(3)
+    keep_made_levels(path, 1.0)
+    fifth = "a = 1 AND parity = 'ee' AND number = 5"
+    fourth = "SELECT k FROM level WHERE a = 1 AND parity = 'ee' AND number = 4"
+    last_born = "SELECT * FROM change WHERE kind = 'born' ORDER BY a DESC LIMIT 1"
+    alter(
+        path,
+        f"UPDATE level SET k = ({fourth}) + 1e-6 WHERE {fifth}",
+        "INSERT INTO change (cycle, number, a, error, kind, slope, run)"
+        f" SELECT cycle, 2, a + 0.5, error, 'died', slope, run FROM ({last_born})",
+    )
+    catalogue.close()
+
+
+def whole(path: Path) -> dict[str, list[tuple[Any, ...]]]:
+    """Return every row of every table, in stored order, except the runs."""
+    with closing(sqlite3.connect(path)) as plain:
+        assert plain.execute("PRAGMA foreign_key_check").fetchall() == []
+        return {name: plain.execute(f"SELECT * FROM {name}").fetchall() for name in TABLES if name != "run"}
 
 
 def alter(path: Path, *statements: str) -> None:

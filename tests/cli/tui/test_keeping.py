@@ -64,7 +64,7 @@ async def test_marked_orbits_and_filters_are_kept_and_exported(filled_once, tmp_
     state, file = tmp_path / "browse.json", tmp_path / "marked.csv"
     async with browsing(filled_once, state=state) as (app, pilot):
         await press(pilot, "apostrophe")
-        assert app.screen.choices.selection.where is None  # no orbit is marked yet
+        assert not app.screen.choices.selection.where  # no orbit is marked yet
         await press(pilot, "asterisk", "j", "j", "asterisk")
         assert "13      *  2" in shown(app)
         await ask(pilot, "slash", "p < 4")

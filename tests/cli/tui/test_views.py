@@ -6,7 +6,7 @@ from io import StringIO
 from pathlib import Path
 
 import pytest
-from screens import browsing, press, row_of, settle, table_of
+from screens import browsing, press, row_of, screen_lines, settle, table_of
 from textual import events
 
 import orbitdb
@@ -57,6 +57,7 @@ def test_the_births_that_a_view_asks_for_are_written_down():
 async def test_views_are_copied_and_undone(varied):
     async with browsing(varied) as (app, pilot):
         main = app.screen
+        begun = main.rows.columns
         await press(pilot, "o", "slash", *"p=3", "enter", "s", "j", "enter", "a", "up", "enter")
         last = View(
             Selection(1.0, statuses=(Status.ORBIT,), where="p=3"), Ordering("length"), main.rows.columns
@@ -72,9 +73,26 @@ async def test_views_are_copied_and_undone(varied):
             seen.append((main.view.selection.a, main.view.ordering.column, main.view.selection.where))
             assert main.view.selection == table_of(app).source.chosen.selection
         assert seen == [(1.6, "length", "p=3"), (1.6, "p", "p=3"), (1.6, "p", None), (1.6, "p", None)]
-        assert main.view == View(Selection(), columns=main.rows.columns)
+        assert main.view == View(Selection(), columns=begun)
         await press(pilot, "u")
         assert "no view to go back to" in [*app._notifications][-1].message
+
+
+async def test_undoing_restores_columns_and_order(varied):
+    async with browsing(varied) as (app, pilot):
+        main = app.screen
+        begun = main.view
+        heading = screen_lines(app)[3]
+        await press(pilot, "C", "j", "j", "space", "enter")
+        assert main.rows.columns != begun.columns
+        chosen, other = main.view, screen_lines(app)[3]
+        assert other != heading
+        await press(pilot, "R")
+        assert main.view.ordering.descending
+        await press(pilot, "u")
+        assert (main.view, screen_lines(app)[3]) == (chosen, other)
+        await press(pilot, "u")
+        assert (main.view, screen_lines(app)[3]) == (begun, heading)
 
 
 def test_the_value_of_each_column_chooses_its_row(varied):

@@ -1,0 +1,180 @@
+"""Questions about awkward cases: OR and capitals in filters, 0 as a value, negative values, sweeps alone."""
+
+from contextlib import closing
+
+import numpy as np
+import pytest
+from contents import ask, whole
+
+from orbitdb import Catalogue, Selection
+from orbitdb.quantum.levels import LevelWindow
+from orbitdb.quantum.weyl import Parity
+from orbitdb.store.writing import Writer, keep_levels
+
+NAMES = ("code", "p", "status", "walls", "area", "length", "symmetry", "time_reversal")
+
+
+@pytest.fixture(scope="module")
+def catalogue(awkward_once):
+    with Catalogue(awkward_once, a=1.6) as catalogue:
+        yield catalogue
+
+
+@pytest.fixture(scope="module")
+def words(awkward_once):
+    """The words of periods 2-8 at a = 1.6, each as a dict, read by plain SQL."""
+    asked = f"SELECT {', '.join(NAMES)} FROM catalogue WHERE a = 1.6 AND p < 9"
+    return [dict(zip(NAMES, row, strict=True)) for row in ask(awkward_once, asked)]
+
+
+FILTERS = {
+    "p = 3 OR status = 'dynamical'": lambda w: w["p"] == 3 or w["status"] == "dynamical",
+    "P = 3 Or STATUS = 'dynamical'": lambda w: w["p"] == 3 or w["status"] == "dynamical",
+    "code = code('031') OR length < 11": lambda w: w["code"] == "031" or (w["length"] or 99) < 11,
+    "NOT walls": lambda w: w["walls"] == 0,
+    "area < 0": lambda w: (w["area"] or 0) < 0,
+    "Area <= -3 or AREA = 0": lambda w: w["area"] is not None and (w["area"] <= -3 or w["area"] == 0),
+}
+
+
+@pytest.mark.parametrize("where", FILTERS)
+@pytest.mark.parametrize(
+    "criteria", [{"p": "2-8"}, {"p": 4}, {"p": "3,5-6", "walls": (0, 2)}, {"p": 8, "contains": "02"}]
+)
+def test_a_filter_narrows_the_other_criteria(catalogue, words, where, criteria):
+    chosen = Selection.from_criteria(a=1.6, **criteria)
+    least, most = criteria.get("walls", (0, 99))
+    expected = {
+        word["code"]
+        for word in words
+        if chosen.includes(word["p"])
+        and least <= word["walls"] <= most
+        and criteria.get("contains", "") in 2 * word["code"]
+        and FILTERS[where](word)
+    }
+    found = [code for (code,) in catalogue.rows(columns=("code",), where=where, **criteria)]
+    assert len(found) == len(set(found))
+    assert set(found) == expected
+    assert catalogue.count(where=where, **criteria) == len(expected)
+
+
+def test_zero_is_a_value(catalogue, words, cli, awkward):
+    straight = {word["code"] for word in words if word["walls"] == 0}
+    for asked in ({"walls": 0}, {"walls": (0, 0)}, {"where": "walls = :n", "parameters": {"n": 0}}):
+        assert {code for (code,) in catalogue.rows(p="2-8", columns=("code",), **asked)} == straight
+    assert (
+        catalogue.count(p="2-8", walls=(None, 0)) == len(straight) < catalogue.count(p="2-8", walls=(0, None))
+    )
+    assert [*catalogue.rows(p="2-8", limit=0)] == []
+    assert catalogue.count(p="2-8", length=(None, 0)) == 0
+    found = cli(
+        "query",
+        "--a",
+        "1.6",
+        "--p",
+        "2-8",
+        "--where",
+        "walls = :n",
+        "-P",
+        "n=0",
+        "-c",
+        "code",
+        "--format",
+        "csv",
+    )
+    assert set(found.out.split()[1:]) == straight
+    assert cli("query", "--a", "1.6", "--p", "2-8", "--limit", "0", "--json").out == "[]\n"
+    assert cli("query", "--a", "1.6", "--range", "length=:0", "--json").out == "[]\n"
+
+
+@pytest.mark.parametrize("falls", [False, True])
+def test_negative_values_are_sorted_and_missing_ones_come_last(catalogue, words, falls):
+    areas = sorted((word["area"] for word in words if word["area"] is not None), reverse=falls)
+    assert areas[0 if falls else -1] > 0 > areas[-1 if falls else 0]
+    found = [area for (area,) in catalogue.rows(p="2-8", columns=("area",), order=f"area{' desc' * falls}")]
+    assert found == areas + [None] * (len(words) - len(areas))
+    some = catalogue.rows(p="2-8", columns=("area",), order=f"area{' desc' * falls}", limit=30, offset=3)
+    assert [area for (area,) in some] == found[3:33]
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [{"where": "BORN > 2 OR p = 1"}, {"exists": 2.0}, {"not_at": 2.0}, {"born": (0, 2)}, {"order": "dies"}],
+    ids=str,
+)
+def test_births_are_missed_wherever_they_are_asked_for(catalogue, asked):
+    (note,) = (note for note in catalogue.rows(p="7-8", columns=("code",), **asked).notes if "births" in note)
+    assert note.startswith("births of period 8 are not stored")
+    assert catalogue.rows(p="7-8", columns=("code",), where="length > 2").notes == ()
+
+
+def test_an_a_with_sweeps_or_levels_alone_is_listed_as_such(catalogue, awkward, cli):
+    assert catalogue.a_values() == [0.3, 1.6, 2.0, 2.5, 3.0]
+    assert catalogue.a_values(orbits=True) == [0.3, 1.6, 2.5, 3.0]
+    assert 1.0 in catalogue.a_values(with_levels=True)
+    swept = catalogue.counts(a=2.5)
+    assert (swept.from_sweeps, swept.from_births) == ((6,), (2, 3, 4, 5, 7))
+    assert [*catalogue.rows(a=2.5)] == []
+    counted = {a: catalogue.table(a=a, p=6)["N_c"] for a in (2.5, 3.0)}
+    assert counted == {
+        a: [sweep.tally.n_c for sweep in catalogue.sweeps(a=a) if sweep.p == 6] for a in counted
+    }
+    assert catalogue.counts(p=8).chosen == (8,)
+    assert catalogue.counts(a=3, p="7-8").from_births == (7,)
+
+
+def test_a_death_ends_an_orbit(catalogue, awkward_once):
+    ((word, died),) = ask(
+        awkward_once, "SELECT word, a FROM change JOIN cycle ON id = cycle WHERE kind = 'died'"
+    )
+    born = died - 0.5
+    alive = {
+        a: word in {code for (code,) in catalogue.rows(p=len(word), columns=("representative",), exists=a)}
+        for a in (born - 1e-3, born + 1e-3, died - 1e-3, died + 1e-3)
+    }
+    assert [*alive.values()] == [False, True, True, False]
+    for a, lives in alive.items():
+        gone = catalogue.rows(p=len(word), columns=("representative",), not_at=a)
+        assert (word in {code for (code,) in gone}) != lives
+    (life,) = (life for life in catalogue.births(len(word)) if life.word == word)
+    assert (life.born, life.dies) == (pytest.approx(born), died)
+
+
+def test_certificates_belong_to_one_a(catalogue, awkward_once):
+    for a in (0.3, 1.6):
+        stored = ask(
+            awkward_once,
+            "SELECT word, radius, bits FROM certificate JOIN cycle ON cycle.id = cycle"
+            f" JOIN stadium ON stadium.id = stadium WHERE a = {a}",
+        )
+        for word, *proof in stored:
+            assert catalogue.certificate(catalogue.orbit(word, a=a)) == tuple(proof)
+        assert stored
+        assert catalogue.certificate(catalogue.orbit(stored[0][0], a=3)) is None
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "kept"),
+    [
+        (6.0, 8.0, True),
+        (5.9, 8.0, False),
+        (6.0, 8.1, False),
+        (2.0, 3.0, False),
+        (7.0, 10.0, False),
+        (9.0, 9.5, True),
+    ],
+)
+def test_windows_of_levels_touch_but_do_not_overlap(awkward, low, high, kept):
+    """Windows 0-6 and 8-9 of parity ee are stored; the levels of 6-8 lie between theirs."""
+    before = whole(awkward)
+    k = np.array([low, (low + high) / 2])
+    levels = LevelWindow(1.6, Parity.EE, low, high, 20, k, k * 1e-12)
+    with closing(Writer(awkward, {"command": "levels"})) as writer:
+        assert keep_levels(writer, levels) == kept
+    after = whole(awkward)
+    new = [row[:5] for row in after["level"] if row not in before["level"]]
+    assert new == ([(1.6, "ee", 21, k[0], k[0] * 1e-12), (1.6, "ee", 22, k[1], k[1] * 1e-12)] if kept else [])
+    assert [row[:5] for row in after["level_fill"] if row not in before["level_fill"]] == (
+        [(1.6, "ee", low, high, 20)] if kept else []
+    )
+    assert {**after, "level": [], "level_fill": []} == {**before, "level": [], "level_fill": []}
