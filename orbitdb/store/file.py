@@ -1,5 +1,6 @@
 """The file of a catalogue: what kind of file it is, reading it, and creating or upgrading it."""
 
+import os
 import sqlite3
 import stat
 import weakref
@@ -180,6 +181,7 @@ class Store:
         sa.event.listen(self.engine, "checkout", self._open.check)
         sa.event.listen(self.engine, "begin", self._open.begun)
         weakref.finalize(self, _close, self.engine, self._open, True)
+        _STORES.add(self)
 
     def there(self) -> bool:
         """Tell whether there is a catalogue at the path now; raise `StoreError` if it cannot be read."""
@@ -204,6 +206,19 @@ class Store:
             finally:
                 if driver.alone and before != file_id(self.path):
                     raise StoreError(f"{self.path} was written while it was being read: try again")
+
+
+_STORES = weakref.WeakSet[Store]()
+
+
+def _close_all() -> None:
+    """Close all idle connections: SQLite's locks do not follow them into a forked process."""
+    for store in [*_STORES]:
+        store.close()
+
+
+if hasattr(os, "register_at_fork"):  # Windows cannot fork
+    os.register_at_fork(before=_close_all)
 
 
 class _OpenFile:
