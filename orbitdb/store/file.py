@@ -122,13 +122,14 @@ def _marks(path: Path) -> tuple[int, int, bool]:
     Only SQLite may open the file. A process that closes a file loses all its locks on it (POSIX), including
     those of SQLite's connections, and other processes could then remove the journal while it is in use.
     """
-    journal = file_id(journal_files(path)[0])
+    journal, mode = file_id(journal_files(path)[0]), "ro"
     if journal is None or not journal.size:
         with suppress(sqlite3.Error):  # damaged, or being written at this moment
             return _read_marks(uri_of(path) + "&immutable=1")
+        mode = "rw"  # so that closing the file removes the empty journal that opening it makes
     refuse_foreign_journal(path)
     with plain_errors(path):
-        return _read_marks(uri_of(path))
+        return _read_marks(uri_of(path, mode))
 
 
 def _read_marks(uri: str) -> tuple[int, int, bool]:
