@@ -162,7 +162,9 @@ def _cells(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[list[
             for name, value in zip(columns, row, strict=True)
         ]
         for place, beside in errors:
-            cells[place] = as_sure(row[place], row[beside])
+            value, error = row[place], row[beside]
+            if isinstance(value, float) and isinstance(error, float):  # in SQL, they can be anything
+                cells[place] = as_sure(value, error)
         texts.append(cells)
         left = [is_text or not _is_number(value) for is_text, value in zip(left, row, strict=True)]
     return texts, left

@@ -1,5 +1,6 @@
 """The file of a catalogue: what kind of file it is, reading it, and creating or upgrading it."""
 
+import os
 import sqlite3
 import stat
 import weakref
@@ -121,13 +122,14 @@ def _marks(path: Path) -> tuple[int, int, bool]:
     Only SQLite may open the file. A process that closes a file loses all its locks on it (POSIX), including
     those of SQLite's connections, and other processes could then remove the journal while it is in use.
     """
-    journal = file_id(journal_files(path)[0])
+    journal, mode = file_id(journal_files(path)[0]), "ro"
     if journal is None or not journal.size:
         with suppress(sqlite3.Error):  # damaged, or being written at this moment
             return _read_marks(uri_of(path) + "&immutable=1")
+        mode = "rw"  # so that closing the file removes the empty journal that opening it makes
     refuse_foreign_journal(path)
     with plain_errors(path):
-        return _read_marks(uri_of(path))
+        return _read_marks(uri_of(path, mode))
 
 
 def _read_marks(uri: str) -> tuple[int, int, bool]:
@@ -180,6 +182,7 @@ class Store:
         sa.event.listen(self.engine, "checkout", self._open.check)
         sa.event.listen(self.engine, "begin", self._open.begun)
         weakref.finalize(self, _close, self.engine, self._open, True)
+        _STORES.add(self)
 
     def there(self) -> bool:
         """Tell whether there is a catalogue at the path now; raise `StoreError` if it cannot be read."""
@@ -204,6 +207,19 @@ class Store:
             finally:
                 if driver.alone and before != file_id(self.path):
                     raise StoreError(f"{self.path} was written while it was being read: try again")
+
+
+_STORES = weakref.WeakSet[Store]()
+
+
+def _close_all() -> None:
+    """Close all idle connections: SQLite's locks do not follow them into a forked process."""
+    for store in [*_STORES]:
+        store.close()
+
+
+if hasattr(os, "register_at_fork"):  # Windows cannot fork
+    os.register_at_fork(before=_close_all)
 
 
 class _OpenFile:

@@ -1,6 +1,9 @@
 """Several questions at one moment, whatever others write meanwhile; and a file that does not exist yet."""
 
+import os
 import pickle
+import subprocess
+import sys
 import threading
 
 import pytest
@@ -112,3 +115,31 @@ def test_other_files_are_refused_whether_or_not_a_missing_one_is_allowed(tmp_pat
     for path, said in ((tmp_path / "text.db", "not an orbitdb catalogue"), (tmp_path, "is a folder")):
         with pytest.raises(StoreError, match=said):
             Catalogue(path, missing_ok=True)
+
+
+FORKED = """
+import os, sys
+from pathlib import Path
+from orbitdb import Catalogue
+from orbitdb.store.writing import Writer
+
+catalogue = Catalogue(sys.argv[1])
+assert catalogue.a_values() == [1.6]  # leaves a connection in the pool
+wait, go = os.pipe()
+if (child := os.fork()) == 0:
+    os.read(wait, 1)
+    os._exit(0 if catalogue.a_values() == [1.6, 3.5] else 1)
+catalogue.close()
+writer = Writer(Path(sys.argv[1]), {})
+with writer.writing() as connection:
+    writer.stadium_id(connection, 3.5)  # in a new journal, because the last connection closed the old one
+os.write(go, b"!")
+status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+writer.close()
+sys.exit(status)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
+def test_a_forked_process_opens_the_file_itself(filled):
+    assert subprocess.run([sys.executable, "-W", "error", "-c", FORKED, filled]).returncode == 0

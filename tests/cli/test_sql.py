@@ -142,6 +142,15 @@ def test_a_blob_is_shown_in_hexadecimal(varied, cli):
     assert (found.code, json.loads(found.out)) == (0, [{"b": "00ff"}])
 
 
+def test_rows_without_numbers_are_shown(varied, cli):
+    rows = cli("sql", "SELECT * FROM catalogue WHERE lambda_c_error IS NULL", "--db", str(varied))
+    assert (rows.code, len(rows.out.splitlines()) > 1) == (0, True)
+    assert cli("sql", "SELECT 'x' lambda_d, 'y' lambda_d_error", "--db", str(varied)).out.split()[-2:] == [
+        "x",
+        "y",
+    ]
+
+
 @pytest.mark.usefixtures("filled")
 @pytest.mark.parametrize("example", [*EXAMPLES["query"], *EXAMPLES["sql"]])
 def test_the_examples_in_the_help_give_rows(cli, example):

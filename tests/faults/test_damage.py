@@ -88,6 +88,14 @@ def test_damage_is_reported_in_one_line(filled, cli, harm):
     judge([(arguments, end.code, end.err) for arguments, end in ends])
 
 
+def test_a_file_that_was_cut_short_gets_no_journal(filled, cli):
+    with filled.open("r+b") as file:
+        file.truncate(filled.stat().st_size // 3)
+    before = sorted(filled.parent.iterdir())
+    assert cli("info").says(3, f"{filled} is damaged: restore a copy, or move it away and fill a new one")
+    assert sorted(filled.parent.iterdir()) == before
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("harm", "times"),
