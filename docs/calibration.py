@@ -1,8 +1,9 @@
 """Measure how often the statements of `orbitdb assess` are right, in windows cut from exact levels.
 
 ``python docs/calibration.py`` prints the table on the page about levels, in about ten minutes. Numbers after
-it choose rows of the table: ``python docs/calibration.py 3`` prints the last one only. Windows have 12 to 200 levels, and 0 to 20 % of the levels are
-missing, two fifths of them in blocks. In the second row, a third of the windows also have spurious levels.
+it choose rows of the table: ``python docs/calibration.py 3`` prints the last one only. Windows have 12 to 200
+levels, and 0 to 20 % of the levels are missing, two fifths of them in blocks. In the second row, a third of
+the windows also have spurious levels.
 """
 
 import sys
@@ -28,7 +29,8 @@ ROWS = (
     ("all parities", MIXED, False, 1128, 100),
 )
 """Name of each row of the table, its exact levels, whether there are spurious ones, seed, number of windows.
-The windows of all parities with seed 57 were used to choose the largest probability of a gap that is stated."""
+The largest probability that is stated for a gap in a list of all parities was chosen on windows with seed 57.
+"""
 
 _NEAR = 1.5
 """Distance in mean spacings within which a missing level counts as found."""

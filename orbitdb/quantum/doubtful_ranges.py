@@ -118,7 +118,7 @@ class _Paths:
         return float(self.k[i]) if 0 <= i < len(self.k) else None
 
     def places(self, low: int, high: int, paths: list[int]) -> Floats:
-        """Return the places of the levels missing before the levels from `low` to `high`, a row for each path.
+        """Return the places of the levels missing before the levels from `low` to `high`, one row a path.
 
         The paths must have the same number of missing levels there.
         """
