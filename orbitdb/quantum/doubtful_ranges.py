@@ -117,13 +117,17 @@ class _Paths:
         """Return the i-th level; None for -1 and n, beyond the ends."""
         return float(self.k[i]) if 0 <= i < len(self.k) else None
 
-    def places(self, low: int, high: int, path: int) -> Floats:
-        """Return the places of the levels missing before the levels from `low` to `high` on a path."""
-        found = []
-        for i in range(low, high):
-            m = int(self.missing[i, path])
-            found += np.linspace(self.low[i, path], self.k[i], m + 2)[1:-1].tolist()
-        return np.array(found)
+    def places(self, low: int, high: int, paths: list[int]) -> Floats:
+        """Return the places of the levels missing before the levels from `low` to `high`, one row a path.
+
+        The paths must have the same number of missing levels there.
+        """
+        m = self.missing[low:high, paths].T.ravel()
+        below = self.low[low:high, paths].T.ravel()
+        above = np.tile(self.k[low:high], len(paths))
+        j = np.arange(m.sum()) - np.repeat(np.cumsum(m) - m, m) + 1
+        found = np.repeat(below, m) + np.repeat((above - below) / (m + 1), m) * j
+        return np.asarray(found.reshape(len(paths), -1))
 
 
 def ranges(judged: Judgement) -> Ranges:
@@ -147,8 +151,8 @@ def ranges(judged: Judgement) -> Ranges:
         chances = _tempered(Counter(totals), most)
         total = next(iter(chances))
         with_it = [path for path, each in enumerate(totals) if each == total]
-        places = [paths.places(low, min(high, n), path) for path in with_it[:_TRIED]]
-        off = np.abs(np.array(places) - np.median(places, axis=0)).sum(axis=1)
+        places = paths.places(low, min(high, n), with_it[:_TRIED])
+        off = np.abs(places - np.median(places, axis=0)).sum(axis=1)
         best = with_it[int(off.argmin())]
         missing[rows], spurious[between] = paths.missing[rows, best], paths.spurious[between, best]
         if any(total):
