@@ -38,9 +38,8 @@ class StadiumError(InputError):
 
 def _half_length(a: Any) -> float:
     """Return a half length as a float; raise `StadiumError` if it is not valid."""
-    number = math.nan
-    if isinstance(a, Real | Decimal) and not isinstance(a, bool):
-        narrow = isinstance(a, np.floating) and a.dtype != np.float64
+    number, narrow = math.nan, isinstance(a, np.floating) and a.dtype != np.float64
+    if isinstance(a, Real | Decimal) and type(a) is not bool:
         with suppress(ValueError, OverflowError):
             number = float(str(a)) if narrow else float(a)  # 1.6 in single precision stands for 1.6, too
     if MIN_A <= number <= MAX_A:

@@ -70,6 +70,7 @@ class Writer:
         self._file = file_id(self.path)
         self._journal: dict[Path, FileId | None] = {}
         self._references = references
+        self._interrupted = False
         self._drivers: tuple[Driver, ...] = ()  # one that writes, and one that moves the journal
         self._engine = make_engine(self._open, "BEGIN IMMEDIATE", StaticPool)
         self._reading = make_engine(lambda: open_to_read(self.path), "BEGIN", StaticPool)
@@ -99,8 +100,9 @@ class Writer:
                     self._check_file()
                     self._journal = journal_ids(self.path)
                 checkpoint(self._engine, self._drivers[-1], JOURNAL_LIMIT)
-        except BaseException:
+        except BaseException as error:
             self._run_ids = noted  # the runs recorded since then were rolled back
+            self._interrupted |= not isinstance(error, Exception)
             raise
 
     @contextmanager
@@ -123,7 +125,7 @@ class Writer:
         StoreError
             If the file is no longer at its path.
         """
-        if self._journal:
+        if self._journal and not self._interrupted:  # or the interrupted statement may still have the lock
             with suppress(sqlite3.Error, sa.exc.DBAPIError):
                 checkpoint(self._engine, self._drivers[-1])
         self._reading.dispose()
