@@ -132,7 +132,7 @@ run()
 
 def test_a_screen_does_not_wait_for_a_thread_that_still_reads(filled_once):
     child = spawn("browse", "--db", filled_once, command=[sys.executable, "-P", "-c", _READING])
-    child.expect("row 1 of [0-9,]+|is not stored")
+    child.expect(" 1 of [0-9,]+|is not stored")
     shown = child.before
     child.send("Rq")
     child.expect(pexpect.EOF, timeout=60)
