@@ -67,6 +67,8 @@ def test_zero_is_a_value(catalogue, words, cli, awkward):
     )
     assert [*catalogue.rows(p="2-8", limit=0)] == []
     assert catalogue.count(p="2-8", length=(None, 0)) == 0
+    orbits = [word for word in words if word["length"] is not None]
+    assert catalogue.count(p="2-8", length=(0, None)) == len(orbits) < len(words)
     found = cli(
         "query",
         "--a",
