@@ -130,7 +130,7 @@ def check_levels(
 
 def as_levels(levels: "ArrayLike") -> Floats:
     """Return levels in ascending order; raise `InputError` unless they are finite numbers above 0."""
-    k = as_floats(levels, "the levels are no numbers: give one row of numbers")
+    k = as_floats(levels, "the levels must be numbers: give one row of them")
     if k.ndim != 1:
         raise InputError(f"the levels have shape {k.shape}: give one row of numbers")
     k = np.sort(k)
