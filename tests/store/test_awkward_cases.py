@@ -67,6 +67,8 @@ def test_zero_is_a_value(catalogue, words, cli, awkward):
     )
     assert [*catalogue.rows(p="2-8", limit=0)] == []
     assert catalogue.count(p="2-8", length=(None, 0)) == 0
+    orbits = [word for word in words if word["length"] is not None]
+    assert catalogue.count(p="2-8", length=(0, None)) == len(orbits) < len(words)
     found = cli(
         "query",
         "--a",
@@ -87,14 +89,23 @@ def test_zero_is_a_value(catalogue, words, cli, awkward):
     assert cli("query", "--a", "1.6", "--range", "length=:0", "--json").out == "[]\n"
 
 
+@pytest.mark.parametrize("contains", ["", "02"])
 @pytest.mark.parametrize("falls", [False, True])
-def test_negative_values_are_sorted_and_missing_ones_come_last(catalogue, words, falls):
-    areas = sorted((word["area"] for word in words if word["area"] is not None), reverse=falls)
-    assert areas[0 if falls else -1] > 0 > areas[-1 if falls else 0]
-    found = [area for (area,) in catalogue.rows(p="2-8", columns=("area",), order=f"area{' desc' * falls}")]
-    assert found == areas + [None] * (len(words) - len(areas))
-    some = catalogue.rows(p="2-8", columns=("area",), order=f"area{' desc' * falls}", limit=30, offset=3)
-    assert [area for (area,) in some] == found[3:33]
+@pytest.mark.parametrize("name", ["area", "length"])
+def test_negative_values_are_sorted_and_missing_ones_come_last(catalogue, words, name, falls, contains):
+    """Whether a class is chosen whole or, as by a pattern, word by word."""
+    chosen = [word[name] for word in words if contains in 2 * word["code"]]
+    values = sorted((value for value in chosen if value is not None), reverse=falls)
+    expected = values + [None] * (len(chosen) - len(values))
+    assert name != "area" or values[0] * values[-1] < 0
+    asked = {
+        "p": "2-8",
+        "columns": (name,),
+        "order": f"{name}{' desc' * falls}",
+        "contains": contains or None,
+    }
+    assert [value for (value,) in catalogue.rows(**asked)] == expected
+    assert [value for (value,) in catalogue.rows(**asked, limit=30, offset=3)] == expected[3:33]
 
 
 @pytest.mark.parametrize(
