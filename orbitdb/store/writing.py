@@ -78,7 +78,7 @@ class Writer:
     def _open(self) -> Driver:
         for _ in range(2):
             self._drivers += (open_to_write(self.path, self._references),)
-        return self._drivers[-2]
+        return self._drivers[0]
 
     @contextmanager
     def writing(self) -> Iterator[Connection]:

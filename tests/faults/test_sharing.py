@@ -84,17 +84,6 @@ def test_a_run_that_was_rolled_back_is_stored_again(filled):
 
 
 @pytest.mark.slow
-def test_a_writer_opens_the_file_anew_after_an_interrupted_statement(filled):
-    with closing(Writer(filled, {})) as writer:
-        with suppress(KeyboardInterrupt), writer.writing() as connection:
-            writer.stadium_id(connection, 3.5)
-            connection.invalidate()  # as SQLAlchemy does when Ctrl-C interrupts a statement
-            raise KeyboardInterrupt
-        with writer.writing() as connection:
-            writer.stadium_id(connection, 4.5)
-    assert Catalogue(filled).a_values() == [1.6, 4.5]
-
-
 def test_several_processes_can_create_one_file(tmp_path):
     path = tmp_path / "new.db"
     processes = [start("fill", "--p", "5", "--db", path) for _ in range(3)]
