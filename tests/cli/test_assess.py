@@ -217,7 +217,7 @@ def test_lists_that_cannot_be_levels_are_refused_with_the_remedy(cli, own, exact
 
 def test_a_list_of_one_parity_among_all_is_noticed(cli, own, exact, tmp_path):
     path = written(tmp_path / "k.txt", exact.tolist())
-    assert cli("assess", path, "--db", own).says(2, "the levels of one parity: name it with --parity")
+    assert cli("assess", path, "--db", own).says(2, "the levels of one parity: name it, such as --parity oo")
 
 
 @pytest.mark.parametrize("mark", ["\t", "; ", ", ", "   "])
