@@ -38,10 +38,11 @@ class StadiumError(InputError):
 
 def _half_length(a: Any) -> float:
     """Return a half length as a float; raise `StadiumError` if it is not valid."""
-    number, kind = math.nan, type(a)
-    if issubclass(kind, Real | Decimal) and kind is not bool:
-        narrow = issubclass(kind, np.floating) and kind is not np.float64
-        with suppress(ValueError, OverflowError):
+    number = math.nan
+    wrong = isinstance(a, bool) or not isinstance(a, Real | Decimal)
+    narrow = isinstance(a, np.floating) and a.dtype != np.float64
+    with suppress(ValueError, OverflowError):
+        if not wrong:
             number = float(str(a)) if narrow else float(a)  # 1.6 in single precision stands for 1.6, too
     if MIN_A <= number <= MAX_A:
         return number
