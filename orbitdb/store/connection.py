@@ -69,7 +69,7 @@ class Driver(sqlite3.Connection):
     Attributes
     ----------
     path : Path
-        The path of the file.
+        The path of the file; ``:memory:`` if there is none.
     refusal : str
         Why ``code()`` or ``contains()`` last failed; SQLite does not pass this on.
     alone : bool
@@ -80,7 +80,7 @@ class Driver(sqlite3.Connection):
         Called now and then during long queries; if it returns True, `CancelledError` is raised.
     """
 
-    path: Path
+    path = Path(":memory:")
     refusal = ""
     alone = False
     used = False
