@@ -15,7 +15,7 @@ from orbitdb.errors import AlteredError, InputError, StoreError, check_int
 from orbitdb.extras import Rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, nobody, telling
-from orbitdb.store.connection import ClosedError, Connection, never
+from orbitdb.store.connection import DATABASE_ERRORS, ClosedError, Connection, never
 from orbitdb.store.file import Store
 from orbitdb.store.lookup import (
     WITH_ORBITS,
@@ -1200,7 +1200,7 @@ class Catalogue:
                 every = Selection.from_criteria(**criteria)
                 selections = tuple(replace(every, a=at) for at in verifiable(connection))
             missing: list[str] = []
-            with suppress(AlteredError):  # one of the checks reports it
+            with suppress(AlteredError, TypeError, ValueError, *DATABASE_ERRORS):  # a check reports it
                 missing += gaps_of_periods(connection, selections, everywhere)
         with telling(progress, "verify") as tell:
             found = verified(self.path, selections, sample, restarts, drawn, births, rigorous, jobs, tell)

@@ -8,7 +8,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import SelectionOptions, many_a
-from orbitdb.cli.output import Output, note, progress, write_facts
+from orbitdb.cli.output import Output, note, notes, progress, write_facts
 from orbitdb.cli.reading import bring, reading
 from orbitdb.text import concise, format_float, with_error
 
@@ -124,8 +124,7 @@ def _rows_of(
 
     Notes say what is missing and, for a table, what else is known.
     """
-    for text in (*result.notes, *(result.facts if output.table else ())):
-        note(text)
+    notes([*result.notes, *(result.facts if output.table else ())])
     if not len(result):
         raise typer.Exit(1)
     names = [name for name in result.columns if name not in hidden]

@@ -129,8 +129,10 @@ def export(
 
 
 def _copy(file: Path, force: bool, db: Path) -> None:
+    from orbitdb.answers import export as files
     from orbitdb.catalogue import Catalogue
 
+    files.check_target(file, force)  # before anything is read
     with progress("copying"), Catalogue(db) as catalogue:
         catalogue.copy(file, force=force)
     note(f"{gigabytes(file.stat().st_size)} copied from {db}, in {file}")

@@ -136,7 +136,7 @@ class TopLine(Horizontal):
 
     def compose(self) -> ComposeResult:
         program, _, file = str(self.app.title).partition(" ")
-        yield Label(Content.assemble((program, "bold $foreground"), f"  {file}"), id="program")
+        yield Label(Content.assemble((program, "bold $foreground"), Content(f"  {file}")), id="program")
         yield Label(id="subtitle", markup=False)
 
     def on_mount(self) -> None:

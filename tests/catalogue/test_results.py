@@ -60,6 +60,7 @@ def catalogue(tmp_path_factory):
     return catalogue
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HELD)
 def test_a_result_has_a_public_name_a_short_repr_and_a_data_frame(catalogue, name):
     found = HELD[name](catalogue)

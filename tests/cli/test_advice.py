@@ -110,6 +110,7 @@ LISTED = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("command", "name"), LISTED)
 def test_a_list_ordered_or_bounded_by_a_length_says_how_far_it_is_complete(
     cli, filled, tmp_path, command, name
@@ -137,6 +138,7 @@ def test_the_orbits_of_a_short_length_are_complete(cli, filled, length, toleranc
     assert found.err.splitlines()[-1].endswith(said)
 
 
+@pytest.mark.slow
 def test_a_list_by_quarter_length_misses_nothing_below_the_length_it_names(tmp_path, cli):
     """A further fill adds no row there; it did, where nothing was said."""
     few, many = (Catalogue.create(tmp_path / f"{p}.db", 1.0) for p in (8, 11))

@@ -33,6 +33,7 @@ def test_printed_bounds_are_rounded_outward(cli):
         assert (int(shown["window"]), int(shown["windows"])) == (row["window"], row["windows"])
 
 
+@pytest.mark.slow
 def test_several_a_give_the_last_row_of_each(cli):
     """In the order in which they are named, however they are named."""
     levels = (json.loads(cli("bounds", "--a", a, "--window", "6", "--json").out) for a in ("1", "0.5", "2"))

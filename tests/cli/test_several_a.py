@@ -88,6 +88,7 @@ def test_several_a_succeed_if_one_of_them_has_rows(cli, varied, command):
     assert (none.code, none.out) == (1, "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["table", "entropy", "query --p 3", "export --format csv"])
 def test_what_is_missing_at_many_a_is_one_line(cli, varied, command):
     outcome = cli(*command.split(), "--a", "0.5:0.9:200", "--db", str(varied))

@@ -57,6 +57,7 @@ def test_a_copy_in_a_snapshot_is_that_of_the_snapshot(own, tmp_path):
     assert (Catalogue(tmp_path / "copy.db").count(p=7), catalogue.count(p=7)) == (0, 712)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="the processes are stopped with POSIX signals")
 def test_a_copy_made_in_the_midst_of_a_fill_continues_like_it(filled, tmp_path):
     """The latest blocks are only in the journal then."""

@@ -112,6 +112,7 @@ def test_the_number_of_a_deleted_stadium_is_never_used_again(tmp_path):
     assert (number > before, a) == (True, 0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("before", slow_but([3], [2, 3, 5]))
 def test_a_fill_stores_the_classes_that_another_process_deletes(filled, tmp_path, before):
     """A fill leaves out the classes that another a has stored, until they are deleted there."""

@@ -206,6 +206,7 @@ def test_the_journal_of_another_file_is_refused(filled, tmp_path, cli, which):
     assert ask(path, "SELECT a FROM stadium") == ask(other, "SELECT a FROM stadium")
 
 
+@pytest.mark.slow
 def test_the_message_about_damage_names_the_journal_that_would_damage_a_copy(filled, tmp_path):
     path, journal = journal_of_a_kill(filled, tmp_path / "killed", times=3)
     sound, start = path.read_bytes(), 3 * PAGE_SIZE

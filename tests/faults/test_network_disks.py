@@ -42,6 +42,7 @@ def test_the_type_is_that_of_the_system(tmp_path):
     assert network_disk(tmp_path) == (found if found in NETWORK_DISKS else None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["fill --p 3", "sweep --p 3", "births --p 3"])
 def test_work_on_a_network_disk_begins_with_a_warning(cli, tmp_path, monkeypatch, command):
     """Every disk of this machine is declared to be one of a network."""

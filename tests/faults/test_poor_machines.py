@@ -28,6 +28,7 @@ def old_sqlite(version: tuple[int, int, int]) -> list[str]:
     return [*python, f"{old}\n{program}"]
 
 
+@pytest.mark.slow
 def test_an_old_sqlite_is_named_and_harms_nothing(filled, tmp_path):
     before = filled.read_bytes()
     for arguments in (

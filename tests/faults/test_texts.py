@@ -36,7 +36,7 @@ def test_cells_with_numbers_are_unchanged():
 async def test_the_terminal_ui_shows_any_file_name(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)  # a long path would wrap in the middle of the name
     async with browsing(Path(f"{name}.db"), size=(160, 48)) as (app, pilot):
-        assert name[:3] in shown(app)
+        assert f"{Path(name).name}.db" in shown(app)
         app.notify(f"[/b] {name}")
         app.push_screen(QuestionDialog(f"{name}?", yes="fill", no="stay"))
         await settle(pilot)

@@ -85,6 +85,7 @@ def test_given_words_have_the_numbers_of_the_list_of_their_period(catalogue):
         assert getattr(given, name)[2:] == pytest.approx(listed, rel=1e-9, abs=1e-11, nan_ok=True)
 
 
+@pytest.mark.slow
 def test_the_action_is_the_length_minus_kappa_times_the_area(catalogue):
     """This holds for every word of a class and for both signs of kappa; mirror images are checked, too."""
     orbits = catalogue.field([-0.15, 0, 0.15], p="2-6")
@@ -211,6 +212,7 @@ def test_a_table_and_counts(cli, filled):
     assert len(cli("field", "0123", "--kappa", "0:0.3:31", "--format", "csv").out.splitlines()) == 32
 
 
+@pytest.mark.slow
 def test_figures_of_orbits_in_a_field(cli, filled, tmp_path):
     for name, arguments in {
         "arcs": ["orbit", "1232131", "--kappa", "0.1"],
@@ -248,6 +250,7 @@ def test_nothing_chosen_is_said_and_is_no_row(catalogue, cli, filled):
     assert cli("field", "--p", "3", "--a", "1.3", "--kappa", "0.1").code == 0  # needs no fill
 
 
+@pytest.mark.slow
 def test_the_slope_of_the_area_is_a_column_everywhere(catalogue, cli, filled):
     subset = catalogue.select(p="2-6", coordinates=True)
     rows = [slope for (slope,) in catalogue.rows(p="2-6", columns=("area_slope",))]

@@ -36,6 +36,7 @@ def reproduced(words, places, kappa, a):
     return (np.abs(off[0]) + np.abs(off[1]) + turned < 1e-8).all(axis=1) & (off[3] == 0).all(axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("a", "kappa"), [(1.6, 0.05), (1.6, 0.2), (1.6, -0.35), (0.5, 0.4), (5.0, 0.15)])
 @pytest.mark.parametrize("p", [2, 5, 7])
 def test_orbits_are_the_words_that_the_map_follows(p, a, kappa):
@@ -73,6 +74,7 @@ def test_the_reverse_in_a_field_is_the_orbit_in_the_opposite_field(p):
     assert forward.area == pytest.approx(-backward.area, abs=1e-10, nan_ok=True)
 
 
+@pytest.mark.slow
 @given(
     seed=st.integers(0, 10**6),
     order=st.integers(3, 12),

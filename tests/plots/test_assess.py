@@ -6,6 +6,7 @@ import pytest
 from orbitdb import Catalogue
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("window", [False, True])
 def test_missing_levels_are_steps_at_integers_and_their_gaps_are_shaded(filled_once, exact_once, window):
     levels = exact_once[(exact_once < 12) & (exact_once > (6 if window else 0))]

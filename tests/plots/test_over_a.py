@@ -181,6 +181,7 @@ def test_many_bounds_are_joined_by_a_band(known, ax):
     assert heights(band) == {round(end, 9) for each in curve for end in (each.lower, each.upper)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("low", "high"), [(0.1, 5), (0.02, 150), (1e-4, 1e4), (1.4, 3.3), (1.55, 1.65)])
 def test_an_axis_over_a_has_a_few_plain_numbers(ax, low, high):
     over_a.over_a(ax, low, high)

@@ -30,6 +30,7 @@ def test_a_variant_is_chosen_by_its_option():
     assert figure_of("sheet", ["code"]).source == "orbits"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["phase_space", "Phase space"])
 def test_hyphens_underscores_and_blanks_are_the_same(cli, filled, tmp_path, name):
     from matplotlib import pyplot
@@ -98,6 +99,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_places")
 @pytest.mark.parametrize(("name", "width"), CASES)
 def test_a_figure_fits_a_column_and_its_text_can_be_read(known, name, width):
@@ -131,6 +133,7 @@ def test_nothing_to_draw_is_an_error_with_lines(known):
     assert "'orbitdb fill --p 9 --a 1.6' fills it" in caught.value.lines[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("in_phase_space", [False, True])
 def test_the_screen_saves_an_orbit_as_a_figure(tmp_path, in_phase_space):
     from orbitdb.cli.tui.export import save_orbit

@@ -137,6 +137,7 @@ def test_spacings_have_the_errors_of_counts():
     assert np.array(half[:8]) == pytest.approx(expected[:8], rel=0.35)
 
 
+@pytest.mark.slow
 def test_levels_and_waves_draw_all_their_figures():
     k = levels_at(np.arange(1, 40) - 0.5)
     found = Levels.joined(1.6, 0.0, 20.0, {Parity.EE: [LevelWindow(1.6, Parity.EE, 0.0, 20.0, 0, k, k * 0)]})

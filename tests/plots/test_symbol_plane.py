@@ -40,6 +40,7 @@ def cell(image: Any, point: np.ndarray) -> str:
     return to_hex(colours[row, column])
 
 
+@pytest.mark.slow
 def test_every_point_is_drawn_in_the_colour_of_its_word(known):
     made: Any = symbol_plane(known, CHOSEN)
     front, expected = PruningFront(1.6), bounces(known)
@@ -62,6 +63,7 @@ def test_every_point_is_drawn_in_the_colour_of_its_word(known):
     assert made.get_suptitle() == "orbits and dynamically pruned words of period 2 to 6 at a = 1.6"
 
 
+@pytest.mark.slow
 def test_the_drawn_front_separates_points_as_the_front_does(known):
     """Points near the line aside. Where the front of walls jumps, rules 4 and 6 forbid what is below it."""
     made: Any = symbol_plane(known, CHOSEN)
@@ -81,6 +83,7 @@ def test_the_drawn_front_separates_points_as_the_front_does(known):
         assert not shaded[ruled_out & (points < 0.72).all(axis=1)].any()
 
 
+@pytest.mark.slow
 def test_axes_name_the_next_and_the_previous_bounce(known):
     """Every orbit has the next symbol that the interval of its gamma names, and the previous one of delta."""
     made: Any = symbol_plane(known, CHOSEN)
@@ -95,6 +98,7 @@ def test_axes_name_the_next_and_the_previous_bounce(known):
                     assert symbol_there in symbols.split(", "), (code, n, name)
 
 
+@pytest.mark.slow
 def test_several_a_give_their_fronts_alone(known):
     made = symbol_plane(known, Selection(0.5), Selection(1.6))
     for ax, kind in zip(made.axes, ("walls", "semicircles"), strict=True):
@@ -125,6 +129,7 @@ def test_words_without_points_are_refused(known, monkeypatch):
         symbol_plane(known, CHOSEN)
 
 
+@pytest.mark.slow
 def test_the_command_draws_points_at_one_a_and_fronts_at_several(cli, known, tmp_path):
     target = tmp_path / "plane.svg"
     done = cli("plot", "symbol-plane", "--p", "2-4", "--db", str(known.path), "-o", str(target))
@@ -140,6 +145,7 @@ def test_the_command_draws_points_at_one_a_and_fronts_at_several(cli, known, tmp
     assert "leave out the options that choose words" in refused.err
 
 
+@pytest.mark.slow
 def test_a_figure_higher_than_wide_has_one_plane_below_the_other(known):
     for size, places in (((7.2, 4.8), [False, True]), ((3.4, 7.4), [True, False])):
         with sized(size):

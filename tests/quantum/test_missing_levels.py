@@ -253,6 +253,7 @@ def test_the_radius_is_found_from_the_levels(orbits, exact, off):
     assert found.gaps == []
 
 
+@pytest.mark.slow
 def test_the_radius_of_a_window_is_found_with_and_without_its_error(window):
     k, below, assessed = window
     wrong = 0.002

@@ -117,6 +117,7 @@ def test_writing_limits_the_gain_from_many_processes(tmp_path):
         assert gain < alone / many < 1.3 * gain
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("a", "least"), slow_but([(1e6, 0.8)], [(1e6, 0.8), (1.6, 0.6), (1e-6, 0.4)]))
 def test_a_file_is_at_most_as_large_as_estimated(tmp_path, a, least):
     path, before = tmp_path / "orbits.db", 0

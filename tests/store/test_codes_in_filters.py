@@ -46,6 +46,7 @@ def test_a_code_in_a_filter_finds_its_word_in_any_rotation(catalogue, where, fou
     assert sum(catalogue.classes(chosen).words) == len(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("criteria", "pattern"),
     [

@@ -84,6 +84,7 @@ def test_a_new_file_has_the_schema_to_which_the_revisions_lead(tmp_path):
         assert ask(path, "PRAGMA user_version") == [(SCHEMA_VERSION,)]
 
 
+@pytest.mark.slow
 def test_a_file_of_schema_9_is_read_as_it_is_and_upgraded_without_loss(old, cli):
     before, content_before = rows(old), old.read_bytes()
     assert ask(old, "PRAGMA user_version") == [(9,)]

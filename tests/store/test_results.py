@@ -102,6 +102,7 @@ def test_bins_have_round_edges(filled_once):
     assert (len(none.edges), len(none.counts), none.without) == (0, 0, Catalogue(filled_once).count())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", ["code", "element", "area", "cycle", "lenght"])
 def test_only_columns_that_all_words_of_a_class_share_are_counted(filled_once, column):
     """The signed area differs between mirror images, so the representative's cannot stand for all words."""

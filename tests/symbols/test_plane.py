@@ -52,6 +52,7 @@ def test_points_belong_to_bounces_in_any_rotation_and_repetition(word, shift):
     np.testing.assert_array_equal(symbol_plane(np.tile(words, 2)), np.tile(points, (1, 2, 1)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("steps", [1, 2, 3, 4])
 @pytest.mark.parametrize("past", [False, True])
 def test_a_block_of_symbols_is_an_interval(steps, past):

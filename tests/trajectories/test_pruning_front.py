@@ -100,6 +100,7 @@ def test_every_status_follows_from_the_front(a):
     assert boundary > 0 or a not in (0.5, 1.0)
 
 
+@pytest.mark.slow
 def test_table_1_follows_from_the_front():
     front = PruningFront(1.6)
     counts = []
@@ -112,6 +113,7 @@ def test_table_1_follows_from_the_front():
 widths = st.floats(-0.8, 0.7).map(lambda power: 10.0**power)
 
 
+@pytest.mark.slow
 @given(widths, seeds)
 def test_no_path_has_a_point_beyond_the_front(a, seed):
     """Points are moved inwards by 1e-6: paths between the walls are alike for more than 27 letters."""
@@ -124,6 +126,7 @@ def test_no_path_has_a_point_beyond_the_front(a, seed):
         assert each.below(1 - gamma - 1e-6, 1 - delta - 1e-6).all()
 
 
+@pytest.mark.slow
 @given(widths)
 def test_every_end_of_a_wall_or_semicircle_has_the_same_front_turned_or_not(a):
     """The first end of a wall, anticlockwise, has its upper front; that of a semicircle has its lower one.

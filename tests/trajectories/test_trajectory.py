@@ -208,6 +208,7 @@ def test_a_trajectory_along_an_orbit_is_stretched_by_lambda_in_every_traversal()
     np.testing.assert_allclose(balls.lyapunov, np.arcsinh(length / 2), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_finite_time_exponents_tend_to_the_average_over_trajectories():
     path = trajectory(1.6, seed=3, bounces=10_000)
     assert path.lyapunov[-1] / len(path) == pytest.approx(0.88679, abs=0.06)

@@ -35,6 +35,7 @@ async def test_a_row_that_another_process_deleted_is_no_end(path, cli):
         assert app.screen.side.orbit.p == 7
 
 
+@pytest.mark.slow
 async def test_the_screen_notices_a_deletion_by_itself(path, cli):
     """The rows on the screen are in memory, so only the file can say that they are gone."""
     async with browsing(path, LARGE) as (app, pilot):
@@ -49,6 +50,7 @@ async def test_the_screen_notices_a_deletion_by_itself(path, cli):
         assert "fill the catalogue" in shown(app)
 
 
+@pytest.mark.slow
 async def test_rows_that_another_process_adds_are_no_deletion(path):
     async with browsing(path, LARGE) as (app, pilot):
         [*fill_periods(path, 1.0, [3])]
@@ -58,6 +60,7 @@ async def test_rows_that_another_process_adds_are_no_deletion(path):
         assert len(table_of(app).source) == Catalogue(path).count(Selection())
 
 
+@pytest.mark.slow
 async def test_rows_that_are_missing_for_good_are_damage(path):
     async with browsing(path, LARGE) as (app, pilot):
         app.screen.rows.columns = known_columns(["element"])

@@ -23,6 +23,7 @@ async def typed(pilot, line):
     await settle(pilot)
 
 
+@pytest.mark.slow
 async def test_a_filter_counts_the_rows_that_the_view_held(filled_once):
     """The other choices, such as a status, stay, and the filter is compared with what they leave."""
     async with browsing(filled_once) as (app, pilot):
@@ -195,6 +196,7 @@ async def test_statuses_are_picked_from_a_list(filled_once):
         assert len(table_of(app).source) == everything
 
 
+@pytest.mark.slow
 async def test_the_filter_completes_names_of_columns(filled_once):
     async with browsing(filled_once) as (app, pilot):
         await press(pilot, "slash", *"leng", "right", *"<11 and time", "right")
@@ -207,6 +209,7 @@ async def test_the_filter_completes_names_of_columns(filled_once):
         assert len(table_of(app).source) == 1
 
 
+@pytest.mark.slow
 async def test_the_total_is_the_subset_without_its_filter_and_advice_is_for_the_screen(filled_once):
     chosen = Selection(periods=((2, 4),), statuses=(Status.ORBIT,))
     total = Catalogue(filled_once).count(chosen)
