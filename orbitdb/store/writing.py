@@ -159,8 +159,10 @@ class Writer:
 
     def stadium_id(self, connection: Connection, a: float) -> int:
         """Return the id of the stadium with a given a, after storing it if it is new."""
-        connection.execute(sqlite.insert(t.stadium).values(a=a).on_conflict_do_nothing())
-        return int(connection.scalars(select(t.stadium.c.id).where(t.stadium.c.a == a)).one())
+        query = select(t.stadium.c.id).where(t.stadium.c.a == a)
+        if (stored := connection.scalar(query)) is not None:
+            return int(stored)
+        return insert_row(connection, t.stadium, {"a": a})
 
 
 def check_writable(path: Path) -> None:
