@@ -135,8 +135,8 @@ def test_a_sweep_names_every_arithmetic_it_used(tmp_path):
 @pytest.mark.slow
 def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
     """They equal the sum rules of the orbits; the moments of each period are taken around earlier tilts."""
-    for module in ("averages.sum_rules", "answers.whole_periods", "filling.sweeps"):
-        monkeypatch.setattr(f"orbitdb.{module}.EXACT", 5)
+    for module in ("averages.sum_rules", "answers.complete_periods", "filling.sweeps"):
+        monkeypatch.setattr(f"orbitdb.{module}.ENUMERATED_TO", 5)
     beginning.cache_clear()
     path = tmp_path / "orbits.db"
     sweeps = swept(path, 0.5, range(2, 8))

@@ -193,7 +193,7 @@ def test_an_exported_file_records_partial_periods(cli, partial, tmp_path):
 
 
 @pytest.mark.parametrize("begun", [False, True])
-@pytest.mark.parametrize("command", slow_but(["lyapunov"], ["query", "entropy", "lyapunov", "verify"]))
+@pytest.mark.parametrize("command", slow_but(["lyapunov"], ["query", "entropy", "lyapunov"]))
 def test_a_command_describes_one_moment(cli, filled, begin_fill, begun, command):
     """A fill of p = 9 advances by one block with every query of the command, which does not notice it."""
     going = begin_fill(filled, 9) if begun else fill_periods(filled, 1.6, [9])

@@ -39,7 +39,7 @@ CANNOT = {
     "fill": {"seconds", "enumerating", "solving", "storing"},
     "certificate": {"stadium", "radius", "bits", "version"},
     "change": {"error"},
-    "birth_fill": {"seconds"},
+    "birth_fill": {"seconds", "words"},
     "trajectory": {
         "id", "bounces", "groups", "seed", "lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error",
         "mean_free_path", "mean_free_path_error",
@@ -48,7 +48,7 @@ CANNOT = {
     "level": {"error"},
     "level_fill": {"low", "high", "seconds"},
     "sweep": {"seconds", "processor", "blocks"},
-    "sweep_block": {"number", "sums"},
+    "sweep_block": {"number", "sums", "moments"},
 }  # fmt: skip
 """Columns in which a small change goes unnoticed: docs/faults.md says so. Impossible values are found."""
 
