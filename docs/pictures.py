@@ -249,7 +249,7 @@ def texts(svg: str) -> list[str]:
 
 
 def drawn_with(svg: str) -> str:
-    """Return the version of matplotlib that a picture names as its source; empty if there is none."""
+    """Return the version of matplotlib that a picture names as its source, or an empty string."""
     found = re.search(r"Matplotlib v[\d.]+", svg)
     return found[0] if found else ""
 

@@ -49,7 +49,7 @@ class AlteredError(StoreError):
     Attributes
     ----------
     what : str
-        What is wrong: the value that should be there, and the one that is.
+        What is wrong: the expected value and the stored one.
     """
 
     def __init__(self, what: str) -> None:

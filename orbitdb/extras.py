@@ -53,7 +53,7 @@ def data_frame(values: Any, names: Sequence[str] | None = None) -> "pandas.DataF
 
 
 def figure_name(kind: str | None, own: Sequence[str]) -> str:
-    """Return the one of the figures `own` that is meant, by default the first; raise if it is none of them.
+    """Return the figure of `own` with this name, by default the first; raise if there is none.
 
     Hyphens, underscores and blanks in a name are the same.
     """

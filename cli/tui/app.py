@@ -201,7 +201,7 @@ class BrowseApp(App[None], Working):
         return self.theme_variables
 
     def deliver_screenshot(self, *names: str | None, **options: Any) -> str | None:
-        """Save a screenshot in the folder of downloads, or, if there is none, in the current one."""
+        """Save a screenshot to the downloads folder, or to the current folder if there is none."""
         from platformdirs import user_downloads_path
 
         folder = options.get("path") or (None if user_downloads_path().is_dir() else os.curdir)

@@ -124,7 +124,7 @@ class Pages:
         fields: Sequence[str],
         most: int | None = None,
     ) -> Self:
-        """Find the rows of a subset in some order; with `most`, only so many from the first on."""
+        """Find the rows of a subset in a given order, the first `most` of them if that is given."""
         with catalogue.snapshot() as connection:
             return cls(catalogue, select_words(connection, selection, str(ordering), most=most), fields)
 

@@ -83,7 +83,7 @@ class FieldOrbits(Drawn):
     residual : ndarray, shape (N,)
         Largest violation of the law of reflection at a bounce, as a difference of cosines.
     periods : tuple of int
-        The periods of which all words are here; empty if the words were chosen by anything else.
+        The periods whose words are all here; empty if the words were not chosen by period alone.
     notes : tuple of str
         What limits the list and its numbers, one line each.
 

@@ -1,6 +1,5 @@
 """`Info`: what a catalogue contains, and the time and disk space that it took."""
 
-import sqlite3
 from dataclasses import dataclass
 from itertools import groupby
 from operator import attrgetter, itemgetter
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from orbitdb.entropy_bounds.bounds import BALLS
 from orbitdb.extras import data_frame
 from orbitdb.store.connection import Connection, path_of
-from orbitdb.store.contents import room, schema_version
+from orbitdb.store.contents import room, schema_version, sqlite_version
 from orbitdb.store.fills import read_fills, read_sweeps
 from orbitdb.store.lives import read_birth_fills
 from orbitdb.store.lookup import a_values
@@ -83,7 +82,7 @@ def _facts(connection: Connection) -> list[tuple[str, str]]:
     path = path_of(connection).resolve()
     size = gigabytes(path.stat().st_size if path.exists() else 0)
     facts = [("catalogue", str(path)), ("schema", str(schema_version(connection))), ("size", size)]
-    facts.append(("SQLite", sqlite3.sqlite_version))
+    facts.append(("SQLite", sqlite_version(connection)))
     for name, (count, each) in room(connection).items():
         facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
     if born := [fill.p for fill in read_birth_fills(connection) if fill.complete]:

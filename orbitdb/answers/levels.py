@@ -49,7 +49,7 @@ _SHOWN = 3
 _LOWEST = 3
 """If this many of the lowest levels are missing, the list may be a window."""
 _CLEARLY, _TRIED = 0.8, 100
-"""Hints are given if their misfit is below the largest that fits by this factor, for so many levels."""
+"""Hints need a misfit smaller than the largest that fits by this factor, and this many levels."""
 _MOST_NOISE, _MUCH_NOISE = 0.5, 0.1
 """Largest scatter of levels, in mean spacings, and the scatter from which on a wrong radius may be missed."""
 _LARGEST_ERROR = 0.005

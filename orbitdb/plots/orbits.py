@@ -26,7 +26,7 @@ _SHORT = 5
 _TITLE = 0.25
 """Height of a line of the title of a sheet, in inches."""
 _MOST = 500
-"""Largest number of orbits on a sheet that can still be told apart."""
+"""A sheet shows at most this many orbits; more would be too small to tell apart."""
 
 
 def orbit(orbit: Orbit) -> Picture:

@@ -151,7 +151,7 @@ PLACES_OF_BOUNDS = 200
 _BESIDE_BOUNDS = 1.25
 """Factor between the first or last a with bounds and the end of the axis."""
 _FEW = 3
-"""Up to so many proved intervals are written out in the legend."""
+"""The legend writes out at most this many proved intervals."""
 _PLACES = 5
 """Decimals of a proved interval in the legend."""
 

@@ -38,7 +38,7 @@ class Figure:
         What it shows, in a line of the help.
     whole, axes : str
         The functions in `orbitdb.plots` that draw the whole figure, and on given axes, as
-        ``module.function``; empty if there is none.
+        ``module.function``, or an empty string.
     source : str
         What the first arguments of `whole` are (`Source`).
     takes : tuple of str
@@ -187,12 +187,12 @@ def figure_of(name: str, given: Collection[str] = ()) -> Figure:
 
 
 def chosen_name(kind: str | None, own: Sequence[str]) -> str:
-    """Return the one of the figures `own` that is meant, by default the first.
+    """Return the figure of `own` with this name, by default the first.
 
     Raises
     ------
     InputError
-        If it is none of them.
+        If no figure of `own` has this name.
     """
     if kind is None:
         return own[0]

@@ -52,7 +52,7 @@ _RULES = {False: (1 / 2, "rules 4, 6"), True: (1 / 5, "rule 5")}
 """Side of the two squares that the geometric rules forbid, and their name."""
 
 MOST_WORDS = 1_000_000
-"""Largest number of words whose points can still be told apart."""
+"""The plane tells the points of at most this many words apart."""
 
 _WITH_POINTS = (Status.ORBIT, Status.DYNAMICAL)
 _SIZE, _BETWEEN = (7.2, 4.75), 0.06

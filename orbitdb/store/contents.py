@@ -95,6 +95,11 @@ def schema_version(connection: Connection) -> int:
     return int(connection.exec_driver_sql("PRAGMA user_version").scalar_one())
 
 
+def sqlite_version(connection: Connection) -> str:
+    """Return the version of SQLite that reads the catalogue."""
+    return str(connection.scalar(select(func.sqlite_version())))
+
+
 def class_rows(
     connection: Connection, names: Sequence[str], periods: Collection[int]
 ) -> list[tuple[Any, ...]]:
