@@ -45,7 +45,6 @@ def field(
     followed). The action is S = L - kappa A, and splitting is the action of the reverse minus that of the
     word. Nothing is stored.
     """
-    from orbitdb.answers.field import COLUMNS
     from orbitdb.answers.results import Result
 
     if not kappa:
@@ -71,7 +70,7 @@ def field(
     if isinstance(found, Result):
         output.write([*found.columns], found.rows())
         return
-    names = TABLE_COLUMNS if output.for_people else COLUMNS
+    names = TABLE_COLUMNS if output.for_people else orbits.columns
     most = options.ON_SCREEN if output.table and limit is None else limit
     count = output.write(names, islice(found.rows(names), most))
     if not len(found):

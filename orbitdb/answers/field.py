@@ -64,6 +64,8 @@ class FieldOrbits(Drawn):
 
     Attributes
     ----------
+    columns : tuple of str
+        The columns of the entries, which are also their JSON keys.
     selection : Selection
         What was chosen.
     code, status : ndarray of str, shape (N,)
@@ -98,6 +100,7 @@ class FieldOrbits(Drawn):
 
     _FIGURES: ClassVar[tuple[str, ...]] = ("field",)
 
+    columns: ClassVar[tuple[str, ...]] = COLUMNS
     selection: Selection
     code: Texts
     p: Integers
