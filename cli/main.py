@@ -27,11 +27,13 @@ _LOADED = 100_000
 """Objects that may be created before garbage is collected: more than any command needs to start."""
 
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+_ALARM = [signal.SIGALRM] if hasattr(signal, "SIGALRM") else []
 _PATIENCE = 1.0
-"""Seconds during which further signals are ignored, so that they do not disturb the cleanup."""
+"""Seconds during which further signals are ignored, so that they do not disturb the cleanup. After that time,
+the alarm raises the exception again if it was lost."""
 
 _signalled: list[tuple[int, float]] = []
-"""Number and time of the signals that arrived; SQLite and NumPy can swallow the exception that they raise."""
+"""Number and time of the signals that arrived."""
 
 _RESUMES = ("fill", "sweep", "births", "levels")
 
@@ -47,6 +49,9 @@ def run() -> None:
     for number in _SIGNALS:
         if signal.getsignal(number) != signal.SIG_IGN:  # as with nohup
             signal.signal(number, _end)
+    for number in _ALARM:
+        signal.signal(number, _end_after_all)
+    sys.unraisablehook = _unraisable
     for name, mode in (("stdin", "r"), ("stdout", "r"), ("stderr", "w")):
         if getattr(sys, name) is None:  # closed; without stdout, a command that has data then fails
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115, until the end
@@ -60,7 +65,33 @@ def _end(number: int, frame: FrameType | None) -> None:
     now = time.monotonic()
     if not _signalled or now - _signalled[-1][1] >= _PATIENCE:
         _signalled.append((number, now))
-        raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(SIGNALLED + number)
+        if _ALARM:
+            signal.setitimer(signal.ITIMER_REAL, _PATIENCE, _PATIENCE)
+        raise _exception_of(number)
+
+
+def _exception_of(number: int) -> BaseException:
+    return KeyboardInterrupt() if number == signal.SIGINT else SystemExit(SIGNALLED + number)
+
+
+def _end_after_all(number: int, frame: FrameType | None) -> None:
+    """Raise the exception of the last signal again unless it is on its way.
+
+    It gets lost if it is raised in a callback, such as those of Python's imports, and in compiled code that
+    clears all errors.
+    """
+    error = sys.exception()
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt | SystemExit):
+            return
+        error = error.__context__
+    raise _exception_of(_signalled[-1][0])
+
+
+def _unraisable(lost: "sys.UnraisableHookArgs") -> None:
+    """Report an exception in a callback, but not that of a signal, which is raised again."""
+    if not isinstance(lost.exc_value, KeyboardInterrupt | SystemExit):
+        sys.__unraisablehook__(lost)
 
 
 def leave(code: int) -> NoReturn:
@@ -98,6 +129,9 @@ def execute(arguments: list[str]) -> int:
         if not _signalled:
             return _failed(error)
         result = SIGNALLED + _signalled[0][0]
+    finally:
+        for number in _ALARM:
+            signal.signal(number, signal.SIG_IGN)
     code = result if isinstance(result, int) else DONE
     if code == INTERRUPTED and _signalled:  # SQLite turns every signal into a KeyboardInterrupt
         code = SIGNALLED + _signalled[0][0]

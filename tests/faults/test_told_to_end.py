@@ -111,6 +111,31 @@ def test_signals_end_a_command_cleanly_at_any_moment(stored, tmp_path, name, tur
     assert [line.partition(";")[0] for line in said] == ["orbitdb: terminated"]
 
 
+_IN_A_CALLBACK = """
+import sys, time
+class Waiting:
+    def __del__(self):
+        print("in a callback", flush=True)
+        time.sleep(60)
+class Finder:
+    def find_spec(self, name, *rest):
+        if name == "orbitdb.catalogue":
+            Waiting()
+sys.meta_path.insert(0, Finder())
+from orbitdb.cli.main import run
+run()
+"""
+
+
+@pytest.mark.parametrize(("name", "word"), [("SIGINT", "interrupted"), ("SIGTERM", "terminated")])
+def test_a_signal_that_arrives_in_a_callback_is_not_lost(name, word):
+    process = start("bounds", "--time", "60", command=[sys.executable, "-P", "-c", _IN_A_CALLBACK])
+    assert there(process.stdout).readline() == "in a callback\n"
+    process.send_signal(signal.Signals[name])
+    _, err = process.communicate(timeout=50)
+    assert (process.returncode, err) == (128 + signal.Signals[name], f"orbitdb: {word}\n")
+
+
 def test_no_partial_file_stays(stored, tmp_path):
     started = Started(tmp_path, COMMANDS["export"], stored)
     while not list(started.folder.glob(".*.part")):
