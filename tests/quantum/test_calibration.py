@@ -30,7 +30,7 @@ def test_statements_about_windows_of_one_parity_are_as_often_right_as_they_say(c
     tally, rng = Tally(), np.random.default_rng(1992)
     for parity in ("oo", "ee", "eo"):
         k = exact(1.6, parity, 40.0)
-        for window in windows(rng, 1.6, parity, k, 60, spurious):
+        for window in windows(rng, 1.6, parity, k, 20, spurious):
             tally.add(window, catalogue.assess(window.k, parity=parity, window=True))
     first, found, false = tally.shares()
     assert first >= FIRST

@@ -100,15 +100,17 @@ async def test_pruned_words_are_dimmer_than_orbits(filled_once, names):
             assert clear > 1.2 * dim, name
 
 
+KEYS = "slash,l,e", "slash,l,e,x", "f", "O", "C", "d", "S", "question_mark", "enter", "v", "c", "E", "G,o,o"
+FEW = ["textual-dark", "textual-light", "solarized-light"]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "keys",
-    ["slash,l,e", "slash,l,e,x", "f", "O", "C", "d", "S", "question_mark", "enter", "v", "c", "E", "G,o,o"],
-)
-async def test_every_screen_and_dialog_can_be_read_in_every_theme(filled_once, keys):
+@pytest.mark.parametrize("keys", KEYS)
+@pytest.mark.parametrize("names", [FEW, pytest.param(THEMES, marks=pytest.mark.fuzz)])
+async def test_every_screen_and_dialog_can_be_read(filled_once, keys, names):
     async with browsing(filled_once, (120, 44)) as (app, pilot):
         await press(pilot, *keys.split(","))
-        for name in THEMES:
+        for name in names:
             await with_theme(app, pilot, name)
             assert unreadable(app) == [], name
 
