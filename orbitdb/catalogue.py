@@ -27,12 +27,11 @@ from orbitdb.store.lookup import (
     find_word,
 )
 from orbitdb.store.paths import default_path, home_expanded, network_disk
+from orbitdb.store.periods import check_periods, chosen_periods
 from orbitdb.store.selection import (
     Criteria,
     Selection,
     SelectionError,
-    check_periods,
-    chosen_periods,
     with_criteria,
 )
 from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root

@@ -14,10 +14,9 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits.status import STORED, Status
-from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.symbols.words import parse
-from orbitdb.text import format_float, guess, parse_int, printable, real, several, shortened
+from orbitdb.text import format_float, guess, printable, real, several, shortened
 
 MEASURES = (
     "length", "quarter_length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies", "walls",
@@ -106,8 +105,8 @@ class Selection:
         ranges = {name: _pair(name, given[name]) for name in MEASURES if name in given}
         return cls(
             a=Stadium(given.get("a", USUAL_A)).a,
-            periods=parse_periods(_listed(given["p"])) if "p" in given else (),
-            statuses=parse_statuses(_listed(given["status"])) if "status" in given else (),
+            periods=parse_periods(listed(given["p"])) if "p" in given else (),
+            statuses=parse_statuses(listed(given["status"])) if "status" in given else (),
             time_reversal=reversal,
             symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
             contains=parse(given["contains"]) if "contains" in given else None,
@@ -196,18 +195,6 @@ LEAST_PERIOD = 2
 """The smallest number of bounces that an orbit can have."""
 
 
-def check_periods(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
-    """Return the periods in the given ranges, ascending; raise `InputError` if one cannot be filled."""
-    periods: set[int] = set()
-    for low, high in spans:
-        if (least := min(low, high)) < LEAST_PERIOD:
-            raise InputError(f"period {least}: the least period is {LEAST_PERIOD}")
-        if (most := max(low, high)) > MAX_PERIOD:
-            raise InputError(f"period {most}: the highest period is {MAX_PERIOD}")
-        periods.update(range(low, high + 1))
-    return tuple(sorted(periods))
-
-
 def written_periods(periods: Sequence[int]) -> str:
     """Format periods as ranges, such as "period 4" or "periods 2-8, 11"."""
     spans = joined_spans([(p, p) for p in periods])
@@ -275,15 +262,7 @@ def with_criteria(method: _Method) -> _Method:
     return method
 
 
-def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
-    """Return the periods to fill, ascending, given as one, as a text such as ``2,3,5-7``, or as several.
-
-    Raises `InputError` if no period is given, or one of them cannot be filled.
-    """
-    return check_periods(parse_periods(_listed(periods)))
-
-
-def _listed(value: object) -> str:
+def listed(value: object) -> str:
     """Join values with commas; format a range so that `parse_periods` can read it."""
     if isinstance(value, range) and value.step == 1 and len(value):
         return f"{value[0]}-{value[-1]}"
@@ -324,16 +303,6 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
     if len(ranges) > _MOST_RANGES:  # SQLite allows 1000 terms
         raise SelectionError(f"periods: {len(ranges)} ranges, more than {_MOST_RANGES}; join some, as in 2-8")
     return tuple(ranges)
-
-
-def periods_up_to(text: str, first: int = LEAST_PERIOD) -> tuple[tuple[int, int], ...]:
-    """Read the periods to fill as `parse_periods` does, but take a single number to mean all up to it."""
-    if "-" in text[1:] or "," in text:
-        return parse_periods(text)
-    try:
-        return ((first, parse_int(text)),)
-    except ValueError:
-        raise SelectionError(f"periods {text!r:.40}: write them as 11, 2-8 or 2,3,5-7") from None
 
 
 def parse_bound(text: str) -> tuple[str, Bounds]:
