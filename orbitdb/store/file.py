@@ -40,18 +40,17 @@ def check_file(path: Path) -> int | None:
         If the file is not a catalogue, or its schema is newer or older than this version can read.
     """
     try:
-        try:
-            status = path.stat()
-        except (FileNotFoundError, NotADirectoryError):
-            return None
-        if stat.S_ISDIR(status.st_mode):
-            raise StoreError(f"{path} is a folder: name a file")
-        if not stat.S_ISREG(status.st_mode):
-            raise StoreError(f"{path} is not an ordinary file: name another")
-        if status.st_size == 0:
-            return None
+        status = path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
     except OSError as error:
         raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
+    if stat.S_ISDIR(status.st_mode):
+        raise StoreError(f"{path} is a folder: name a file")
+    if not stat.S_ISREG(status.st_mode):
+        raise StoreError(f"{path} is not an ordinary file: name another")
+    if status.st_size == 0:
+        return None
     version, application, empty = _marks(path)
     if empty:
         return None  # a database without tables, because its creation was interrupted
@@ -259,7 +258,7 @@ class _OpenFile:
 
 def _close(engine: sa.Engine, opened: _OpenFile, last: bool = False) -> None:
     """Close the idle connections; the last time also those of snapshots and of rows not read to their end."""
-    engine.dispose()
+    engine.pool.dispose()  # a new pool would lose sight of the connections in use
     for connection in [*opened.connections] if last else ():
         if not connection.closed:
             connection.invalidate()
