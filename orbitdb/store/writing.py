@@ -189,13 +189,9 @@ def replace_certificates(
 def add_reference(writer: Writer, reference: "Reference") -> None:
     """Store averages over random trajectories, unless the same ones are stored."""
     values = asdict(reference) | {"seed": str(reference.seed)}
-    a = values.pop("a")
     with writer.writing() as connection:
-        key = {"stadium": writer.stadium_id(connection, a)}
-        own = t.trajectory.c
-        same = [own[name] == value for name, value in (key | values).items()]
-        if connection.scalar(select(own.id).where(*same)) is None:  # the same seed gives the same averages
-            insert_row(connection, t.trajectory, {**key, **values, "run": writer.run_id(connection)})
+        values["stadium"] = writer.stadium_id(connection, values.pop("a"))
+        _keep_new(writer, connection, t.trajectory, values)  # the same seed gives the same averages
 
 
 def keep_bounds(writer: Writer, bounds: "EntropyBounds", proof: str, computed: str | None = None) -> bool:
@@ -203,15 +199,24 @@ def keep_bounds(writer: Writer, bounds: "EntropyBounds", proof: str, computed: s
 
     `proof` is `orbitdb.entropy_bounds.bounds.DOUBLES` or `BALLS`; `computed` is as in `Writer.run_id`.
     """
-    values = {name: getattr(bounds, name) for name in ("lower", "upper", "windows", "undecided")}
-    key = {"a": bounds.a, "proof": proof, "edges": bounds.window}
-    own = t.entropy_bound.c
-    same = [own[name] == value for name, value in (key | values).items()]
+    values = {name: getattr(bounds, name) for name in ("a", "lower", "upper", "windows", "undecided")}
+    values |= {"proof": proof, "edges": bounds.window}
     with writer.writing() as connection:
-        if connection.scalar(select(own.edges).where(*same)) is not None:
-            return False
-        run = writer.run_id(connection, computed)
-        insert_row(connection, t.entropy_bound, {**key, **values, "run": run})
+        return _keep_new(writer, connection, t.entropy_bound, values, computed)
+
+
+def _keep_new(
+    writer: Writer,
+    connection: Connection,
+    table: Table,
+    values: Mapping[str, Any],
+    computed: str | None = None,
+) -> bool:
+    """Store a row and the id of this run, unless the same values are stored; return whether they were new."""
+    same = [table.c[name] == value for name, value in values.items()]
+    if connection.scalar(select(select(table).where(*same).exists())):
+        return False
+    insert_row(connection, table, {**values, "run": writer.run_id(connection, computed)})
     return True
 
 
