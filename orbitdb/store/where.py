@@ -140,6 +140,14 @@ class Reads(NamedTuple):
         """Whether it reads codes, or calls a function of words."""
         return self.calls_code or bool(self.columns & _OF_CODES)
 
+    @property
+    def of_classes(self) -> bool:
+        """Whether an expression has the same value for all words of a class.
+
+        It does if it contains no subquery and reads only columns that the words of a class share.
+        """
+        return self.columns <= _OF_CLASSES and self.queries == 1
+
 
 class _Asked(dict[str, Any]):
     """Values of names in SQL, which remembers the names that SQLite has asked for."""
@@ -170,15 +178,6 @@ def check(where: str, parameters: Parameters) -> Reads:
         if kind == "text":  # SQLite would take its beginning for a number
             raise ValueError("it is a text, not a condition: compare it, as in code = code('31')")
     return reads
-
-
-def of_classes(where: str, parameters: Parameters) -> bool:
-    """Check an expression; tell whether it has the same value for all words of a class.
-
-    It does if it contains no subquery and reads only columns that the words of a class share.
-    """
-    reads = check(where, parameters)
-    return reads.columns <= _OF_CLASSES and reads.queries == 1
 
 
 def _run(stage: Driver, statement: str, values: Mapping[str, Any], patience: Patience) -> Reads:
