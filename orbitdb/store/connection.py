@@ -7,9 +7,10 @@ import time
 from collections.abc import Callable
 from functools import cache, lru_cache
 from pathlib import Path
+from typing import Any
 from urllib.parse import quote
 
-from sqlalchemy import Connection
+from sqlalchemy import Connection, Select
 from sqlalchemy.exc import ResourceClosedError as ClosedError
 from sqlalchemy.exc import StatementError
 
@@ -79,23 +80,24 @@ class Driver(sqlite3.Connection):
         """Add the SQL functions `FUNCTIONS` of words.
 
         ``code(word)`` is the least rotation of a word. ``contains(word, pattern)`` is 1 if the pattern occurs
-        in the cyclic word, else 0. They fail for anything that cannot be a word. For NULL, and for symbols
-        that may come from a part of a word, such as none or a repetition, they are NULL. With `strict`, for a
-        catalogue of one empty row, they fail for these symbols and for arguments in the wrong order, too.
+        in the cyclic word, else 0. Both are NULL for NULL, and for symbols that are not a word, as a part of
+        a word may be; they fail for other texts and for numbers. With `strict`, for a catalogue of one empty
+        row, they fail for all texts and numbers that are not words, and for arguments in the wrong order.
         """
         primitive, symbols = lru_cache(_CACHED)(parse_primitive), lru_cache(_CACHED)(parse)
 
         def read(value: object, parsed: Callable[[str], str], call: str) -> str | None:
+            if value is None:
+                return None
             try:
                 if not isinstance(value, str):
                     raise WordError(f"codes are texts, so write '{value}', in quotes")
                 return parsed(value)
             except WordError as error:
-                symbols_alone = isinstance(value, str) and not value.strip(SYMBOLS)
-                if value is not None and (strict or not symbols_alone):
-                    self.refusal = f"{call.format(f'{value!r:.40}')}: {error}"
-                    raise
-            return None
+                if not strict and isinstance(value, str) and not value.strip(SYMBOLS):
+                    return None
+                self.refusal = f"{call.format(f'{value!r:.40}')}: {error}"
+                raise
 
         def code(word: object) -> str | None:
             found = read(word, primitive, "code({})")
@@ -119,6 +121,13 @@ def driver_of(connection: Connection) -> Driver:
     driver = connection.connection.driver_connection
     assert isinstance(driver, Driver)
     return driver
+
+
+def cursor_of(connection: Connection, query: Select[Any]) -> Any:
+    """Run a query and return the driver's cursor, because rows of SQLAlchemy take longer to read."""
+    cursor = connection.execute(query).cursor
+    assert cursor is not None
+    return cursor
 
 
 def path_of(connection: Connection) -> Path:

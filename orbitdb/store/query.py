@@ -24,7 +24,7 @@ from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store import views
-from orbitdb.store.connection import driver_of, never
+from orbitdb.store.connection import cursor_of, driver_of, never
 from orbitdb.store.fills import in_spans
 from orbitdb.store.lives import NEAR
 from orbitdb.store.rows import ROTATION_COLUMNS, SelectedWords, as_array, sorted_words, stabilisers_of
@@ -202,8 +202,7 @@ def _of_class(view: FromClause, name: str, of_words: bool) -> ColumnElement[Any]
 
 def _arrays(connection: sa.Connection, query: Select[Any], names: Sequence[str]) -> list[NDArray[Any]]:
     parts = [[_as_column(name, ()) for name in names]]
-    cursor = connection.execute(query).cursor  # the driver's, because rows of SQLAlchemy take longer
-    assert cursor is not None
+    cursor = cursor_of(connection, query)
     while rows_of_block := cursor.fetchmany(BLOCK):  # so that few objects are in memory at a time
         columns = zip(names, zip(*rows_of_block, strict=True), strict=True)
         parts.append([_as_column(name, column) for name, column in columns])

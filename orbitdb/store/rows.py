@@ -22,7 +22,7 @@ from orbitdb.columns import kind_of
 from orbitdb.errors import AlteredError, DeletedError
 from orbitdb.magnetic.action import area_slopes
 from orbitdb.store import views
-from orbitdb.store.connection import driver_of
+from orbitdb.store.connection import cursor_of, driver_of
 from orbitdb.store.selection import Selection, unknown_column
 from orbitdb.store.tables import LONG
 from orbitdb.store.where import CancelledError
@@ -314,9 +314,7 @@ def _classes(connection: Connection, a: float, ids: Integers, wanted: Sequence[s
         if len(part):
             listed = [(view.c[name] if name in view.c else null()).label(name) for name in names]
             query = select(number.label("number"), *listed).where(view.c.a == a, in_list(number, part))
-            cursor = connection.execute(query).cursor
-            assert cursor is not None
-            rows += sorted(cursor.fetchall(), key=itemgetter(0))
+            rows += sorted(cursor_of(connection, query).fetchall(), key=itemgetter(0))
     numbers, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     if list(numbers) != ids.tolist():
         raise _MissingError
