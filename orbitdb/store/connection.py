@@ -146,7 +146,6 @@ def open_sqlite(uri: str) -> Driver:
     driver = sqlite3.connect(
         uri, timeout=BUSY_TIMEOUT, uri=True, isolation_level=None, check_same_thread=False, factory=Driver
     )
-    driver.execute("PRAGMA trusted_schema = OFF")
     driver.execute("PRAGMA cell_size_check = ON")
     driver.set_progress_handler(lambda: 0, STEPS_BETWEEN_SIGNALS)
     return driver
