@@ -1,5 +1,6 @@
 """Engines for a catalogue, for reading or writing; SQLite's errors in plain words."""
 
+import logging
 import os
 import sqlite3
 from collections.abc import Callable, Iterator
@@ -27,6 +28,9 @@ from orbitdb.store.views import view_texts
 
 _CACHE = 8 << 10
 """Page cache of a reader in kilobytes; it is small, because rows are read in the order of storage."""
+
+# otherwise a Ctrl-C while a connection is being closed would be logged with a traceback, and then raised
+logging.getLogger("sqlalchemy.pool").addHandler(logging.NullHandler())
 
 
 def open_to_read(path: Path) -> Driver:
