@@ -58,13 +58,24 @@ def asked_columns(
     `allowed` are the columns that may be requested, by default those of the catalogue. If --a may stand for
     several values, the column a is added: first, or second if the word comes first.
     """
-    from orbitdb.store.selection import parse_names
-
-    names = tuple(usual if columns is None else parse_names(columns, allowed or OF_CATALOGUE))
+    names = tuple(usual) if columns is None else _named_columns(columns, allowed or OF_CATALOGUE)
     if "a" in names or not many_a(a):
         return names
     place = 1 if names[:1] == ("code",) else 0
     return (*names[:place], "a", *names[place:])
+
+
+def _named_columns(text: str, columns: Sequence[str]) -> tuple[str, ...]:
+    """Read names of columns, separated by commas; each must be one of `columns`."""
+    from orbitdb.store.selection import SelectionError, unknown_column
+
+    names = tuple(name.strip() for name in text.split(","))
+    for name in names:
+        if name not in columns:
+            raise unknown_column(name, columns)
+    if twice := [name for place, name in enumerate(names) if name in names[:place]]:
+        raise SelectionError(f"column {twice[0]!r} is named twice")
+    return names
 
 
 @contextmanager

@@ -27,12 +27,11 @@ from orbitdb.store.lookup import (
     find_word,
 )
 from orbitdb.store.paths import default_path, home_expanded, network_disk
+from orbitdb.store.periods import check_periods, chosen_periods
 from orbitdb.store.selection import (
     Criteria,
     Selection,
     SelectionError,
-    check_periods,
-    chosen_periods,
     with_criteria,
 )
 from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
@@ -194,7 +193,9 @@ class Catalogue:
     def _moment(self, cancelled: Callable[[], bool] = never) -> AbstractContextManager[Connection]:
         """Return the moment of this thread's snapshot, or else a new one, which a generator may keep open."""
         opened: Connection | None = getattr(self._of_thread, "moment", None)
-        return self._file.snapshot(cancelled) if opened is None else _joined(opened)
+        if opened is None or opened.invalidated:  # a forked process inherits no snapshot
+            return self._file.snapshot(cancelled)
+        return _joined(opened)
 
     def __enter__(self) -> Self:
         return self
@@ -1226,7 +1227,7 @@ class Catalogue:
         >>> print(own.delete(1, p="4-5"))
         128 words, 2 fills (periods 4-5)
         """
-        from orbitdb.store.writing import delete
+        from orbitdb.store.deleting import delete
 
         at = Stadium(a).a  # no default: None would otherwise delete what is stored at 1.6
         contents = self.contents(at, p)

@@ -34,6 +34,7 @@ from orbitdb.store.file import reading
 from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
 from orbitdb.store.lives import count_births, read_birth_fills
 from orbitdb.store.lookup import find_or_solve
+from orbitdb.store.selection import LEAST_PERIOD
 from orbitdb.store.writing import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
 from orbitdb.symbols.pruning import FAMILY, count_admissible, count_primitive, rule_numbers, rules_broken
@@ -121,8 +122,6 @@ def cut_into_blocks(
 
 
 _LAST_FULL_MASK = 64
-LEAST = 2
-"""The lowest period of an orbit."""
 
 
 def fill(
@@ -234,7 +233,7 @@ def check_method(method: str) -> None:
 def check_word(code: str) -> str:
     """Read a primitive word that a catalogue can store; raise `InputError` for others."""
     word = parse_primitive(code)
-    if len(word) < LEAST:
+    if len(word) < LEAST_PERIOD:
         raise InputError(f"{word} has one symbol, but orbits have two or more: give a longer word")
     return word
 

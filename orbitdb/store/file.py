@@ -15,30 +15,16 @@ from sqlalchemy.pool import QueuePool, StaticPool
 
 from orbitdb.errors import StoreError
 from orbitdb.store import tables as t
-from orbitdb.store.connection import (
-    Driver,
-    driver_of,
+from orbitdb.store.connection import Driver, driver_of, never, open_sqlite, uri_of
+from orbitdb.store.engines import (
     make_engine,
-    never,
-    open_sqlite,
     open_to_read,
     open_to_write,
     plain_errors,
     read_alone,
-    refuse_foreign_journal,
-    uri_of,
 )
-from orbitdb.store.paths import (
-    FileId,
-    absolute_path,
-    data_folder,
-    default_path,
-    file_id,
-    home_expanded,
-    journal_files,
-    journal_ids,
-    remove_journal_of,
-)
+from orbitdb.store.journal import journal_ids, journal_size, refuse_foreign_journal, remove_journal_of
+from orbitdb.store.paths import FileId, absolute_path, data_folder, default_path, file_id, home_expanded
 from orbitdb.store.views import create_views
 from orbitdb.symbols.symmetry import ELEMENT_ROWS
 
@@ -54,18 +40,17 @@ def check_file(path: Path) -> int | None:
         If the file is not a catalogue, or its schema is newer or older than this version can read.
     """
     try:
-        try:
-            status = path.stat()
-        except (FileNotFoundError, NotADirectoryError):
-            return None
-        if stat.S_ISDIR(status.st_mode):
-            raise StoreError(f"{path} is a folder: name a file")
-        if not stat.S_ISREG(status.st_mode):
-            raise StoreError(f"{path} is not an ordinary file: name another")
-        if status.st_size == 0:
-            return None
+        status = path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
     except OSError as error:
         raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
+    if stat.S_ISDIR(status.st_mode):
+        raise StoreError(f"{path} is a folder: name a file")
+    if not stat.S_ISREG(status.st_mode):
+        raise StoreError(f"{path} is not an ordinary file: name another")
+    if status.st_size == 0:
+        return None
     version, application, empty = _marks(path)
     if empty:
         return None  # a database without tables, because its creation was interrupted
@@ -122,8 +107,8 @@ def _marks(path: Path) -> tuple[int, int, bool]:
     Only SQLite may open the file. A process that closes a file loses all its locks on it (POSIX), including
     those of SQLite's connections, and other processes could then remove the journal while it is in use.
     """
-    journal, mode = file_id(journal_files(path)[0]), "ro"
-    if journal is None or not journal.size:
+    mode = "ro"
+    if not journal_size(path):
         with suppress(sqlite3.Error):  # damaged, or being written at this moment
             return _read_marks(uri_of(path) + "&immutable=1")
         mode = "rw"  # so that closing the file removes the empty journal that opening it makes
@@ -176,7 +161,7 @@ class Store:
 
     def __init__(self, path: Path | str | None = None, missing_ok: bool = False) -> None:
         need_readable(default_path() if path is None else home_expanded(path), missing_ok)
-        self.path = absolute_path(path)
+        self.path, self._missing_ok = absolute_path(path), missing_ok
         self._open = _OpenFile(self.path, missing_ok)
         self.engine = make_engine(self._open.connect, "BEGIN", QueuePool, pool_use_lifo=True, max_overflow=-1)
         sa.event.listen(self.engine, "checkout", self._open.check)
@@ -186,7 +171,7 @@ class Store:
 
     def there(self) -> bool:
         """Tell whether there is a catalogue at the path now; raise `StoreError` if it cannot be read."""
-        return self._open.there()
+        return need_readable(self.path, self._missing_ok)
 
     def close(self) -> None:
         """Close the connections; a further question opens the file anew."""
@@ -198,7 +183,8 @@ class Store:
 
         Long queries call `cancelled` now and then, and raise `CancelledError` if it returns True.
         """
-        with plain_errors(self.path), self.engine.begin() as connection:
+        with plain_errors(self.path), self.engine.connect() as connection:
+            connection.begin()
             driver = driver_of(connection)
             driver.cancelled = cancelled
             before = file_id(self.path)
@@ -212,14 +198,20 @@ class Store:
 _STORES = weakref.WeakSet[Store]()
 
 
-def _close_all() -> None:
-    """Close all idle connections: SQLite's locks do not follow them into a forked process."""
+def _close_idle() -> None:
+    """Close all idle connections before a fork: SQLite's locks do not follow them into the new process."""
     for store in [*_STORES]:
         store.close()
 
 
+def _close_inherited() -> None:
+    """Close the connections of open snapshots in a forked process, whose questions open the file anew."""
+    for store in [*_STORES]:
+        _close(store.engine, store._open, True)
+
+
 if hasattr(os, "register_at_fork"):  # Windows cannot fork
-    os.register_at_fork(before=_close_all)
+    os.register_at_fork(before=_close_idle, after_in_child=_close_inherited)
 
 
 class _OpenFile:
@@ -234,16 +226,14 @@ class _OpenFile:
     def _note(self) -> None:
         self.file, self.alone = file_id(self.path), read_alone(self.path)
 
-    def there(self) -> bool:
-        """Tell whether there is a catalogue at the path; raise `StoreError` if it cannot be read."""
-        return need_readable(self.path, self._missing_ok)
-
     def connect(self) -> Driver:
         """Open the file that is now at the path, or an empty catalogue in memory."""
         with plain_errors(self.path):
-            there = self.there()
+            there = need_readable(self.path, self._missing_ok)
             self._note()
-            return open_to_read(self.path) if there else _open_empty(self.path)
+            driver = open_to_read(self.path) if there else open_empty()
+            driver.path = self.path
+            return driver
 
     def check(self, driver: Driver, _record: Any, _proxy: Any) -> None:
         """Make the pool open the file anew if it is not the one that a kept connection has open.
@@ -267,18 +257,17 @@ class _OpenFile:
 
 
 def _close(engine: sa.Engine, opened: _OpenFile, last: bool = False) -> None:
-    """Close the connections; the last time also those of rows that nobody has read to their end."""
-    engine.dispose()
+    """Close the idle connections; the last time also those of snapshots and of rows not read to their end."""
+    engine.pool.dispose()  # a new pool would lose sight of the connections in use
     for connection in [*opened.connections] if last else ():
         if not connection.closed:
             connection.invalidate()
     opened.remove_journal()
 
 
-def _open_empty(path: Path) -> Driver:
-    """Return an empty catalogue in memory, for a path without a file."""
+def open_empty() -> Driver:
+    """Return an empty catalogue in memory."""
     driver = open_sqlite("file::memory:")
-    driver.path = path
     driver.add_functions()
     with make_engine(lambda: driver, "BEGIN", StaticPool).begin() as connection:
         _create(connection)
@@ -299,7 +288,7 @@ def reading(path: Path | str | None = None) -> Iterator[sa.Connection]:
 def copy_into(connection: sa.Connection, path: Path) -> None:
     """Copy the catalogue that a snapshot sees into a new file, which gets no journal."""
     driver = driver_of(connection)
-    with plain_errors(path), closing(sqlite3.connect(uri_of(path, "rwc"), uri=True)) as whole:
+    with plain_errors(path), closing(open_sqlite(uri_of(path, "rwc"))) as whole:
         whole.execute("PRAGMA journal_mode = OFF")
         whole.execute("PRAGMA synchronous = OFF")
         driver.backup(whole, pages=_PAGES_A_STEP, progress=lambda *_: None, sleep=0)

@@ -1,4 +1,4 @@
-"""The path of a catalogue, the identity of the file that is there, and the files of its journal.
+"""The path of a catalogue, the identity of the file that is there.
 
 This module does not import NumPy or SQLAlchemy, so that commands without a catalogue start at once.
 """
@@ -90,29 +90,6 @@ def check_same_file(path: Path, opened: FileId | None, message: str) -> None:
     if now is None or not now.is_same(opened):
         what = "moved or deleted" if now is None else "replaced by another file"
         raise StoreError(f"{path} was {what} while this command {message}")
-
-
-def journal_files(path: Path) -> tuple[Path, Path]:
-    """Return the paths of a file's journal and of the journal's index."""
-    real = Path(os.path.realpath(path))
-    return real.with_name(real.name + "-wal"), real.with_name(real.name + "-shm")
-
-
-def journal_ids(path: Path) -> dict[Path, FileId | None]:
-    """Return the identities of a file's journal and of the journal's index."""
-    return {part: file_id(part) for part in journal_files(path)}
-
-
-def remove_journal_of(path: Path, opened: FileId | None, journal: dict[Path, FileId | None]) -> None:
-    """Remove the journal of an opened file that is no longer at its path; SQLite would leave it there.
-
-    It would be taken for that of the next file with this name.
-    """
-    now = file_id(path)
-    if now is None or not now.is_same(opened):
-        for part, was in journal.items():
-            if was is not None and was.is_same(file_id(part)):
-                part.unlink(missing_ok=True)
 
 
 NETWORK_DISKS = {

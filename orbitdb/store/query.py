@@ -24,12 +24,12 @@ from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store import views
-from orbitdb.store.connection import driver_of, never
+from orbitdb.store.connection import cursor_of, driver_of, never
 from orbitdb.store.fills import in_spans
 from orbitdb.store.lives import NEAR
 from orbitdb.store.rows import ROTATION_COLUMNS, SelectedWords, as_array, sorted_words, stabilisers_of
 from orbitdb.store.selection import Selection, SelectionError, unknown_column
-from orbitdb.store.where import Patience, expression, of_classes, watched
+from orbitdb.store.where import Patience, check, expression, watched
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.symmetry import ODD, class_of, members, places_of_elements
 
@@ -202,8 +202,7 @@ def _of_class(view: FromClause, name: str, of_words: bool) -> ColumnElement[Any]
 
 def _arrays(connection: sa.Connection, query: Select[Any], names: Sequence[str]) -> list[NDArray[Any]]:
     parts = [[_as_column(name, ()) for name in names]]
-    cursor = connection.execute(query).cursor  # the driver's, because rows of SQLAlchemy take longer
-    assert cursor is not None
+    cursor = cursor_of(connection, query)
     while rows_of_block := cursor.fetchmany(BLOCK):  # so that few objects are in memory at a time
         columns = zip(names, zip(*rows_of_block, strict=True), strict=True)
         parts.append([_as_column(name, column) for name, column in columns])
@@ -309,15 +308,15 @@ def is_of_classes(selection: Selection) -> bool:
 
     Raises `SelectionError` if the expression of the selection is invalid.
     """
-    by_class = selection.where is None or of_classes(selection.where, selection.parameters)
+    by_class = selection.where is None or check(selection.where, selection.parameters).of_classes
     return by_class and selection.contains is None and not selection.without
 
 
 def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:
     """Tell whether a subset, its columns or its order depends on births and deaths."""
-    named = set(selection.ranges) | set(names) | set(parse_order(order))
+    named: set[str | None] = {*selection.ranges, *names, *parse_order(order)}
     if selection.where is not None:
-        named |= set(re.findall(r"\w+", selection.where.lower()))
+        named |= check(selection.where, selection.parameters).columns
     return bool(selection.exists or selection.not_at or named & {"born", "dies"})
 
 

@@ -12,6 +12,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy_bounds.bounds import BALLS, DOUBLES, EntropyBounds
 from orbitdb.errors import InputError
 from orbitdb.store import tables as t
+from orbitdb.store.connection import cursor_of
 
 if TYPE_CHECKING:
     from orbitdb.trajectories.ensemble import Reference
@@ -74,9 +75,7 @@ def read_levels(connection: Connection, a: float, parity: str) -> list[tuple[Lev
     """Return each stored range of levels of one parity with its levels and their errors, shape (N,)."""
     own, fill = t.level.c, t.level_fill.c
     query = select(own.k, own.error).where(own.a == a, own.parity == parity)
-    rows = connection.execute(query).cursor
-    assert rows is not None
-    levels = np.array(rows.fetchall(), np.float64).reshape(-1, 2)
+    levels = np.array(cursor_of(connection, query).fetchall(), np.float64).reshape(-1, 2)
     windows = select(*(fill[name] for name in LevelRange._fields)).where(fill.a == a, fill.parity == parity)
     ranges = []
     for window in (LevelRange(*row) for row in connection.execute(windows)):

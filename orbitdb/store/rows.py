@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import ColumnElement, Connection, FromClause, func, null, select
+from sqlalchemy import ColumnElement, Connection, func, null, select
 
 from orbitdb.arrays import Floats, Indices, Integers, Masks, Values
 from orbitdb.billiard.stadium import Stadium
@@ -22,7 +22,7 @@ from orbitdb.columns import kind_of
 from orbitdb.errors import AlteredError, DeletedError
 from orbitdb.magnetic.action import area_slopes
 from orbitdb.store import views
-from orbitdb.store.connection import driver_of
+from orbitdb.store.connection import cursor_of, driver_of
 from orbitdb.store.selection import Selection, unknown_column
 from orbitdb.store.tables import LONG
 from orbitdb.store.where import CancelledError
@@ -183,17 +183,14 @@ def sorted_words(
         elif name == "area":
             columns = [act_on_areas(elements, values[name][owners])]
         else:
-            columns = [_ranks(name, values[name])[owners]]
+            ranks = values[name] if kind_of(name) == "number" else _ranks(values[name].tolist())
+            columns = [ranks[owners]]
         sorting += [-column if falls else column for column in columns]
     return np.lexsort(sorting[::-1]).astype(np.uint32)
 
 
-def _ranks(name: str, values: NDArray[Any]) -> Floats:
+def _ranks(values: Sequence[Any]) -> Floats:
     """Return numbers that sort like the values; NaN for missing ones."""
-    return values if kind_of(name) == "number" else _ranks_of(values.tolist())
-
-
-def _ranks_of(values: Sequence[Any]) -> Floats:
     ranks = {value: rank for rank, value in enumerate(sorted(set(values) - {None}), 1)}
     return np.array([ranks.get(value, np.nan) for value in values], np.float64)
 
@@ -215,7 +212,7 @@ def _codes(
             part = SelectedWords(chosen.selection, chosen.ids[group], chosen.masks[group])
             texts = [code for (block,) in blocks_of(connection, part, ("code",)) for code in block]
             begin[rows] = _aligned(pack(from_strings([text[:MAX_KEYED] for text in texts])), MAX_KEYED)
-            rest[rows] = _ranks_of([text[MAX_KEYED:] for text in texts])
+            rest[rows] = _ranks([text[MAX_KEYED:] for text in texts])
     return [begin, rest]
 
 
@@ -315,19 +312,13 @@ def _classes(connection: Connection, a: float, ids: Integers, wanted: Sequence[s
         (views.classes, views.classes.c.cycle, ids[ids >= 0]),
     ):
         if len(part):
-            listed = [_of_classes(view, name).label(name) for name in names]
+            listed = [(view.c[name] if name in view.c else null()).label(name) for name in names]
             query = select(number.label("number"), *listed).where(view.c.a == a, in_list(number, part))
-            cursor = connection.execute(query).cursor
-            assert cursor is not None
-            rows += sorted(cursor.fetchall(), key=itemgetter(0))
+            rows += sorted(cursor_of(connection, query).fetchall(), key=itemgetter(0))
     numbers, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     if list(numbers) != ids.tolist():
         raise _MissingError
     return dict(zip(names, columns, strict=True))
-
-
-def _of_classes(view: FromClause, name: str) -> ColumnElement[Any]:
-    return view.c[name] if name in view.c else null()
 
 
 def _area_slopes(a: float, shared: dict[str, Any]) -> list[float | None]:

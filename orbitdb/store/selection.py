@@ -14,10 +14,9 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits.status import STORED, Status
-from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.symbols.words import parse
-from orbitdb.text import format_float, guess, parse_int, printable, real, several, shortened
+from orbitdb.text import format_float, guess, printable, real, several, shortened
 
 MEASURES = (
     "length", "quarter_length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies", "walls",
@@ -106,14 +105,14 @@ class Selection:
         ranges = {name: _pair(name, given[name]) for name in MEASURES if name in given}
         return cls(
             a=Stadium(given.get("a", USUAL_A)).a,
-            periods=parse_periods(_listed(given["p"])) if "p" in given else (),
-            statuses=parse_statuses(_listed(given["status"])) if "status" in given else (),
+            periods=parse_periods(listed(given["p"])) if "p" in given else (),
+            statuses=parse_statuses(listed(given["status"])) if "status" in given else (),
             time_reversal=reversal,
             symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
             contains=parse(given["contains"]) if "contains" in given else None,
-            without=_patterns(given.get("without", ())),
-            exists=_half_lengths(given.get("exists", ())),
-            not_at=_half_lengths(given.get("not_at", ())),
+            without=_each(given.get("without", ()), parse),
+            exists=_each(given.get("exists", ()), _half_length),
+            not_at=_each(given.get("not_at", ()), _half_length),
             ranges={name: bounds for name, bounds in ranges.items() if bounds != (None, None)},
             where=where,
             parameters=given.get("parameters", {}),
@@ -151,8 +150,8 @@ class Selection:
             spans = [f"{no}at a = {', '.join(map(format_float, values))}" for no, values in lists if values]
             alive, dead = ("exists", "does not exist") if count == 1 else ("exist", "do not exist")
             parts.append(f"that {alive if self.exists else dead} {' and '.join(spans)}")
-        bounded = {name: bounds for name, bounds in self.ranges.items() if any(b is not None for b in bounds)}
-        parts += [f"with {_span(name, *bounds)}" for name, bounds in bounded.items()]
+        bounded = (item for item in self.ranges.items() if item[1] != (None, None))
+        parts += [f"with {_span(name, *bounds)}" for name, bounds in bounded]
         if self.where:
             values = ", ".join(f"{name} = {value!r}" for name, value in self.parameters.items())
             parts.append(f"where {self.where}" + (f" ({values})" if values else ""))
@@ -187,32 +186,20 @@ def _span(name: str, low: float | None, high: float | None) -> str:
         return f"{name} <= {'' if high is None else format_float(high)}"
     if low == high:
         return f"{name} = {format_float(low)}"
-    return (
-        f"{name} >= {format_float(low)}"
-        if high is None
-        else f"{format_float(low)} <= {name} <= {format_float(high)}"
-    )
+    if high is None:
+        return f"{name} >= {format_float(low)}"
+    return f"{format_float(low)} <= {name} <= {format_float(high)}"
 
 
 LEAST_PERIOD = 2
 """The smallest number of bounces that an orbit can have."""
 
 
-def check_periods(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
-    """Return the periods in the given ranges, ascending; raise `InputError` if one cannot be filled."""
-    periods: set[int] = set()
-    for low, high in spans:
-        if (least := min(low, high)) < LEAST_PERIOD:
-            raise InputError(f"period {least}: the least period is {LEAST_PERIOD}")
-        if (most := max(low, high)) > MAX_PERIOD:
-            raise InputError(f"period {most}: the highest period is {MAX_PERIOD}")
-        periods.update(range(low, high + 1))
-    return tuple(sorted(periods))
-
-
 def written_periods(periods: Sequence[int]) -> str:
-    """Format periods as ranges, such as "periods 2-8, 11"."""
-    return written_spans(joined_spans([(p, p) for p in periods]))
+    """Format periods as ranges, such as "period 4" or "periods 2-8, 11"."""
+    spans = joined_spans([(p, p) for p in periods])
+    ranges = (str(low) if low == high else f"{low}-{high}" for low, high in spans)
+    return f"period{'s' * (len(set(periods)) > 1)} {', '.join(ranges)}"
 
 
 def joined_spans(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -224,28 +211,6 @@ def joined_spans(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
         else:
             joined.append((low, high))
     return joined
-
-
-def are_many(spans: Sequence[tuple[int, int]]) -> bool:
-    """Tell whether the ranges contain more than one period."""
-    return len(spans) > 1 or spans[0][0] < spans[0][1]
-
-
-def written_spans(spans: Sequence[tuple[int, int]]) -> str:
-    """Format ranges of periods, such as "period 4" or "periods 2-8, 11"."""
-    ranges = (str(low) if low == high else f"{low}-{high}" for low, high in spans)
-    return f"period{'s' * are_many(spans)} {', '.join(ranges)}"
-
-
-def parse_names(text: str, columns: Sequence[str]) -> tuple[str, ...]:
-    """Read names of columns, separated by commas; each must be one of `columns`."""
-    names = tuple(name.strip() for name in text.split(","))
-    for name in names:
-        if name not in columns:
-            raise unknown_column(name, columns)
-    if twice := [name for place, name in enumerate(names) if name in names[:place]]:
-        raise SelectionError(f"column {twice[0]!r} is named twice")
-    return names
 
 
 def unknown_column(name: str, columns: Sequence[str]) -> SelectionError:
@@ -282,6 +247,7 @@ class Criteria(TypedDict, total=False):
     walls: int | Bounds | None
 
 
+_Value = TypeVar("_Value")
 _Method = TypeVar("_Method", bound=Callable[..., Any])
 
 
@@ -296,15 +262,7 @@ def with_criteria(method: _Method) -> _Method:
     return method
 
 
-def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
-    """Return the periods to fill, ascending, given as one, as a text such as ``2,3,5-7``, or as several.
-
-    Raises `InputError` if no period is given, or one of them cannot be filled.
-    """
-    return check_periods(parse_periods(_listed(periods)))
-
-
-def _listed(value: object) -> str:
+def listed(value: object) -> str:
     """Join values with commas; format a range so that `parse_periods` can read it."""
     if isinstance(value, range) and value.step == 1 and len(value):
         return f"{value[0]}-{value[-1]}"
@@ -345,16 +303,6 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
     if len(ranges) > _MOST_RANGES:  # SQLite allows 1000 terms
         raise SelectionError(f"periods: {len(ranges)} ranges, more than {_MOST_RANGES}; join some, as in 2-8")
     return tuple(ranges)
-
-
-def periods_up_to(text: str, first: int = LEAST_PERIOD) -> tuple[tuple[int, int], ...]:
-    """Read the periods to fill as `parse_periods` does, but take a single number to mean all up to it."""
-    if "-" in text[1:] or "," in text:
-        return parse_periods(text)
-    try:
-        return ((first, parse_int(text)),)
-    except ValueError:
-        raise SelectionError(f"periods {text!r:.40}: write them as 11, 2-8 or 2,3,5-7") from None
 
 
 def parse_bound(text: str) -> tuple[str, Bounds]:
@@ -417,13 +365,11 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
     return statuses
 
 
-def _patterns(values: str | Iterable[str]) -> tuple[str, ...]:
-    """Check one or more patterns of symbols, and drop duplicates."""
-    patterns = (values,) if isinstance(values, str) or not isinstance(values, Iterable) else values
-    return tuple(dict.fromkeys(map(parse, patterns)))
+def _each(values: Any, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
+    """Read one value or several, and drop duplicates."""
+    alone = isinstance(values, str) or not isinstance(values, Iterable)
+    return tuple(dict.fromkeys(map(read, (values,) if alone else values)))
 
 
-def _half_lengths(values: float | Iterable[float]) -> tuple[float, ...]:
-    """Check one or more values of a, and drop duplicates."""
-    several_values = values if isinstance(values, Iterable) else (values,)
-    return tuple(dict.fromkeys(Stadium(a).a for a in several_values))
+def _half_length(a: float) -> float:
+    return Stadium(a).a

@@ -1,7 +1,8 @@
 """Run SQL that users write: expressions for ``where``, and the statements of ``orbitdb sql``.
 
-SQLite itself reads the SQL. It runs on a connection that cannot write, may only read and call functions, and
-is stopped after `SECONDS` or if it is no longer wanted.
+SQLite itself reads the SQL. It is first run on an empty catalogue in memory, where it may only read and call
+functions; then on a connection that cannot write, where it is stopped after `SECONDS` or if it is no longer
+wanted.
 """
 
 import re
@@ -14,7 +15,6 @@ from typing import Any, NamedTuple
 
 from sqlalchemy import BindParameter, Connection, TextClause, bindparam, text
 from sqlalchemy.exc import StatementError
-from sqlalchemy.pool import StaticPool
 
 from orbitdb.store import tables as t
 from orbitdb.store.connection import (
@@ -22,11 +22,10 @@ from orbitdb.store.connection import (
     STEPS_BETWEEN_SIGNALS,
     Driver,
     driver_of,
-    make_engine,
     never,
-    open_sqlite,
     original,
 )
+from orbitdb.store.file import open_empty
 from orbitdb.store.selection import SelectionError
 from orbitdb.store.views import CLASS_COLUMNS, VIEWS, WORD_COLUMNS
 from orbitdb.symbols.words import SYMBOLS
@@ -44,6 +43,7 @@ STEPS_BETWEEN_LOOKS = 200_000
 READABLE = (*VIEWS, *t.TABLES)
 """The views and tables, with the views first, which people use most."""
 
+_CANCELLED = "cancelled"
 _ONLY_READ = "it may only read, with a single SELECT"
 _COLUMNS = (*CLASS_COLUMNS, *WORD_COLUMNS)
 _BLOCK = 2000
@@ -68,38 +68,29 @@ class Patience:
     """How long a query may still run: for a number of seconds from now, unless it is cancelled.
 
     The `deadline` is a time on the clock of `time.monotonic`. A caller that fetches rows in blocks adds the
-    time that passes between the blocks. SQLite calls `look` and `authorize`; if one of them stops the query,
-    it leaves the `reason`. Without a reason, it was Ctrl-C that made the call fail.
+    time that passes between the blocks. If `look` or the authorizer of `_run` stops the query, it leaves the
+    `reason`. Without a reason, it was Ctrl-C that made the call fail.
     """
 
     def __init__(self, seconds: float | None = None, cancelled: Callable[[], bool] = never) -> None:
         self.deadline = time.monotonic() + (SECONDS if seconds is None else seconds)
         self.cancelled = cancelled
-        self.was_cancelled = False
         self.reason = ""
 
     def look(self) -> bool:
         """Tell SQLite whether to stop, because the time is up or the query has been cancelled."""
-        self.was_cancelled = self.cancelled()
-        if self.was_cancelled:
-            self.reason = "cancelled"
+        if self.cancelled():
+            self.reason = _CANCELLED
         elif time.monotonic() > self.deadline:
             self.reason = f"it took more than {SECONDS:g} s"
         return bool(self.reason)
-
-    def authorize(self, action: int, _: str | None, name: str | None, *_others: str | None) -> int:
-        """Tell SQLite whether the user's SQL may do this."""
-        if action in _ALLOWED and name != "load_extension":
-            return sqlite3.SQLITE_OK
-        self.reason = _ONLY_READ if name != "load_extension" else "it may not load extensions"
-        return sqlite3.SQLITE_DENY
 
 
 @contextmanager
 def watched(
     driver: Driver, patience: Patience, sql: str | None = None, what: str = "where"
 ) -> Iterator[None]:
-    """Run a query under a time limit; with `sql`, written by a user, let it only read.
+    """Run a query under a time limit; `sql` is its SQL if a user wrote it.
 
     To fetch more rows later, open another such context with the same `patience`. Raises `CancelledError` if
     the query is cancelled, `KeyboardInterrupt` on Ctrl-C, and a `SelectionError` about the `sql` for any
@@ -107,13 +98,11 @@ def watched(
     """
     driver.refusal = ""
     driver.set_progress_handler(patience.look, STEPS_BETWEEN_LOOKS)
-    if sql is not None:
-        driver.set_authorizer(patience.authorize)
     try:
         yield
     except (sqlite3.Error, sqlite3.Warning, StatementError, ValueError, OverflowError) as wrapped:
         error = original(wrapped)
-        if patience.was_cancelled:
+        if patience.reason == _CANCELLED:
             raise CancelledError from error
         reason = patience.reason or driver.refusal
         if not reason and any(part in str(error) for part in _STOPPED):
@@ -123,7 +112,6 @@ def watched(
         raise SelectionError(_refusal(sql, reason or str(error), what)) from error
     finally:
         with suppress(sqlite3.ProgrammingError):  # closed by SQLAlchemy after Ctrl-C
-            driver.set_authorizer(None)
             driver.set_progress_handler(never, STEPS_BETWEEN_SIGNALS)
 
 
@@ -151,6 +139,14 @@ class Reads(NamedTuple):
     def codes(self) -> bool:
         """Whether it reads codes, or calls a function of words."""
         return self.calls_code or bool(self.columns & _OF_CODES)
+
+    @property
+    def of_classes(self) -> bool:
+        """Whether an expression has the same value for all words of a class.
+
+        It does if it contains no subquery and reads only columns that the words of a class share.
+        """
+        return self.columns <= _OF_CLASSES and self.queries == 1
 
 
 class _Asked(dict[str, Any]):
@@ -184,30 +180,27 @@ def check(where: str, parameters: Parameters) -> Reads:
     return reads
 
 
-def of_classes(where: str, parameters: Parameters) -> bool:
-    """Check an expression; tell whether it has the same value for all words of a class.
-
-    It does if it contains no subquery and reads only columns that the words of a class share.
-    """
-    reads = check(where, parameters)
-    return reads.columns <= _OF_CLASSES and reads.queries == 1
-
-
 def _run(stage: Driver, statement: str, values: Mapping[str, Any], patience: Patience) -> Reads:
-    """Run a statement on the empty catalogue, and note what it reads."""
+    """Run a statement on the empty catalogue, let it only read, and note what it reads."""
     columns: set[str | None] = set()
     queries, calls_code = 0, False
 
-    def note(action: int, table: str | None, column: str | None, *names: str | None) -> int:
+    def note(action: int, _table: str | None, name: str | None, *_others: str | None) -> int:
         nonlocal queries, calls_code
+        if action not in _ALLOWED or name == "load_extension":
+            patience.reason = _ONLY_READ if action not in _ALLOWED else "it may not load extensions"
+            return sqlite3.SQLITE_DENY
         queries += action == sqlite3.SQLITE_SELECT
-        calls_code |= action == sqlite3.SQLITE_FUNCTION and column in FUNCTIONS
+        calls_code |= action == sqlite3.SQLITE_FUNCTION and name in FUNCTIONS
         if action == sqlite3.SQLITE_READ:
-            columns.add(column)
-        return patience.authorize(action, table, column, *names)
+            columns.add(name)
+        return sqlite3.SQLITE_OK
 
     stage.set_authorizer(note)
-    stage.execute(statement, values).fetchone()
+    try:
+        stage.execute(statement, values).fetchone()
+    finally:
+        stage.set_authorizer(None)
     return Reads(frozenset(columns), queries, calls_code)
 
 
@@ -218,12 +211,8 @@ def _stage() -> Driver:
     """Return a catalogue in memory, with a table of one empty row in place of the view ``catalogue``."""
     stage: Driver | None = getattr(_kept, "stage", None)
     if stage is None:
-        stage = open_sqlite("file::memory:")
-        with make_engine(lambda: stage, "BEGIN", StaticPool).begin() as connection:
-            t.metadata.create_all(connection, checkfirst=False)
-            for name, view in VIEWS.items():
-                if name != "catalogue":
-                    connection.execute(view)
+        stage = open_empty()
+        stage.execute("DROP VIEW catalogue")
         stage.execute(f"CREATE TABLE catalogue ({', '.join(_COLUMNS)}, PRIMARY KEY (a)) WITHOUT ROWID")
         stage.execute("INSERT INTO catalogue (a) VALUES (0)")  # or constants would not be evaluated
         stage.add_functions(strict=True)

@@ -21,29 +21,14 @@ from sqlalchemy.pool import StaticPool
 from orbitdb import __version__
 from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.arithmetic import arithmetic
-from orbitdb.errors import StoreError
 from orbitdb.orbits.births import JOINTS, Changes, events
 from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits
 from orbitdb.store import tables as t
-from orbitdb.store.connection import (
-    JOURNAL_LIMIT,
-    Driver,
-    checkpoint,
-    make_engine,
-    open_to_read,
-    open_to_write,
-    plain_errors,
-)
-from orbitdb.store.file import need_newest
-from orbitdb.store.fills import in_spans
-from orbitdb.store.paths import (
-    FileId,
-    absolute_path,
-    check_same_file,
-    file_id,
-    journal_ids,
-    remove_journal_of,
-)
+from orbitdb.store.connection import Driver
+from orbitdb.store.engines import make_engine, open_to_write, plain_errors
+from orbitdb.store.file import need_newest, reading
+from orbitdb.store.journal import JOURNAL_LIMIT, checkpoint, journal_ids, remove_journal_of
+from orbitdb.store.paths import FileId, absolute_path, check_same_file, file_id
 from orbitdb.store.tables import BORN, DIED, DONE
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.symmetry import joined_members
@@ -73,7 +58,6 @@ class Writer:
         self._interrupted = False
         self._drivers: tuple[Driver, ...] = ()  # one that writes, and one that moves the journal
         self._engine = make_engine(self._open, "BEGIN IMMEDIATE", StaticPool)
-        self._reading = make_engine(lambda: open_to_read(self.path), "BEGIN", StaticPool)
 
     def _open(self) -> Driver:
         for _ in range(2):
@@ -109,7 +93,7 @@ class Writer:
     def reading(self) -> Iterator[Connection]:
         """Yield a connection that sees the file as it is now, even while others write."""
         self._check_file()
-        with plain_errors(self.path), self._reading.begin() as connection:
+        with reading(self.path) as connection:
             yield connection
 
     def try_to_write(self) -> None:
@@ -128,7 +112,6 @@ class Writer:
         if self._journal and not self._interrupted:  # or the interrupted statement may still have the lock
             with suppress(sqlite3.Error, sa.exc.DBAPIError):
                 checkpoint(self._engine, self._drivers[-1])
-        self._reading.dispose()
         self._engine.dispose()
         for driver in self._drivers:
             driver.close()
@@ -206,13 +189,9 @@ def replace_certificates(
 def add_reference(writer: Writer, reference: "Reference") -> None:
     """Store averages over random trajectories, unless the same ones are stored."""
     values = asdict(reference) | {"seed": str(reference.seed)}
-    a = values.pop("a")
     with writer.writing() as connection:
-        key = {"stadium": writer.stadium_id(connection, a)}
-        own = t.trajectory.c
-        same = [own[name] == value for name, value in (key | values).items()]
-        if connection.scalar(select(own.id).where(*same)) is None:  # the same seed gives the same averages
-            insert_row(connection, t.trajectory, {**key, **values, "run": writer.run_id(connection)})
+        values["stadium"] = writer.stadium_id(connection, values.pop("a"))
+        _keep_new(writer, connection, t.trajectory, values)  # the same seed gives the same averages
 
 
 def keep_bounds(writer: Writer, bounds: "EntropyBounds", proof: str, computed: str | None = None) -> bool:
@@ -220,15 +199,24 @@ def keep_bounds(writer: Writer, bounds: "EntropyBounds", proof: str, computed: s
 
     `proof` is `orbitdb.entropy_bounds.bounds.DOUBLES` or `BALLS`; `computed` is as in `Writer.run_id`.
     """
-    values = {name: getattr(bounds, name) for name in ("lower", "upper", "windows", "undecided")}
-    key = {"a": bounds.a, "proof": proof, "edges": bounds.window}
-    own = t.entropy_bound.c
-    same = [own[name] == value for name, value in (key | values).items()]
+    values = {name: getattr(bounds, name) for name in ("a", "lower", "upper", "windows", "undecided")}
+    values |= {"proof": proof, "edges": bounds.window}
     with writer.writing() as connection:
-        if connection.scalar(select(own.edges).where(*same)) is not None:
-            return False
-        run = writer.run_id(connection, computed)
-        insert_row(connection, t.entropy_bound, {**key, **values, "run": run})
+        return _keep_new(writer, connection, t.entropy_bound, values, computed)
+
+
+def _keep_new(
+    writer: Writer,
+    connection: Connection,
+    table: Table,
+    values: Mapping[str, Any],
+    computed: str | None = None,
+) -> bool:
+    """Store a row and the id of this run, unless the same values are stored; return whether they were new."""
+    same = [table.c[name] == value for name, value in values.items()]
+    if connection.scalar(select(select(table).where(*same).exists())):
+        return False
+    insert_row(connection, table, {**values, "run": writer.run_id(connection, computed)})
     return True
 
 
@@ -405,57 +393,3 @@ def _insertion(table: Table, names: tuple[str, ...]) -> tuple[str, Sequence[str]
     statement = sqlite.insert(table).on_conflict_do_nothing()
     compiled = statement.compile(dialect=sqlite.dialect(), column_keys=list(names))
     return str(compiled), compiled.positiontup or ()
-
-
-# deleting
-
-
-def delete(path: Path, a: float, spans: Sequence[tuple[int, int]] = ()) -> None:
-    """Delete what is stored at a given a, and return its space to the disk.
-
-    With `spans`, ranges of periods, only orbits, fills and sweeps of these periods are deleted. Classes stay
-    as long as an orbit at another a, or births, need them.
-    """
-    classes = select(t.cycle.c.id).where(in_spans(t.cycle.c.p, spans))
-    own: dict[Table, sa.ColumnElement[bool]] = {
-        t.certificate: t.certificate.c.cycle.in_(classes),
-        t.orbit: t.orbit.c.cycle.in_(classes),
-        **{table: in_spans(table.c.p, spans) for table in (t.fill, t.sweep_block, t.sweep)},
-    }
-    # without SQLite's checks of references, which would search all orbits for each deleted class
-    with (
-        closing(Writer(path, {"command": "delete"}, references=False)) as writer,
-        writer.writing() as connection,
-    ):
-        if not spans:
-            own[t.trajectory] = sa.true()
-            for table in (t.entropy_bound, t.level_fill, t.level):
-                connection.execute(sa.delete(table).where(table.c.a == a))
-        for table, rows in own.items():
-            connection.execute(sa.delete(table).where(t.at_a(table, a), rows))
-        for statement in _unused():
-            connection.execute(statement)
-    with suppress(StoreError):  # unless the disk is full or another process writes
-        vacuum(path)
-
-
-def vacuum(path: Path) -> None:
-    """Return the space of deleted rows to the disk."""
-    with plain_errors(path), closing(open_to_write(path)) as driver, closing(open_to_write(path)) as other:
-        driver.execute("VACUUM")
-        checkpoint(make_engine(lambda: driver, "BEGIN IMMEDIATE", StaticPool), other)
-
-
-def _unused() -> Iterator[sa.Delete]:
-    """Yield statements that delete classes without orbits and births, and stadiums that nothing refers to.
-
-    Births need all classes of their period, also those that are never born. A class of a period that is
-    being filled may get its orbits later.
-    """
-    needed = sa.union(select(t.orbit.c.cycle), select(t.change.c.cycle))
-    of_births = t.cycle.c.p.in_(select(t.birth_fill.c.p))
-    yield sa.delete(t.cycle).where(~of_births, t.cycle.c.id.not_in(needed))
-    tables = (t.orbit, t.fill, t.sweep, t.trajectory)
-    yield sa.delete(t.stadium).where(
-        t.stadium.c.id.not_in(sa.union(*(select(table.c.stadium) for table in tables)))
-    )

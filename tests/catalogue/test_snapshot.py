@@ -140,6 +140,41 @@ sys.exit(status)
 """
 
 
+FORKED_WITHIN = """
+import os, sys
+from pathlib import Path
+from orbitdb import Catalogue
+from orbitdb.store.writing import Writer
+
+catalogue = Catalogue(sys.argv[1])
+writer = Writer(Path(sys.argv[1]), {})
+wait, go = os.pipe()
+with catalogue.snapshot():
+    assert catalogue.a_values() == [1.6]
+    rows = iter(catalogue.rows(p=8, columns=("code",)))
+    first = next(rows)
+    if (child := os.fork()) == 0:
+        os.read(wait, 1)
+        with catalogue.snapshot():
+            seen = catalogue.a_values(), catalogue.count(p=8)
+    else:
+        with writer.writing() as connection:
+            writer.stadium_id(connection, 3.5)
+        os.write(go, b"!")
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        assert catalogue.a_values() == [1.6]  # still the moment before
+        assert len({first, *rows}) == 2096
+if child == 0:
+    os._exit(0 if seen == ([1.6, 3.5], 2096) and catalogue.a_values() == [1.6, 3.5] else 1)
+assert catalogue.a_values() == [1.6, 3.5]
+catalogue.close()
+writer.close()
+sys.exit(status)
+"""
+
+
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
-def test_a_forked_process_opens_the_file_itself(filled):
-    assert subprocess.run([sys.executable, "-W", "error", "-c", FORKED, filled]).returncode == 0
+@pytest.mark.parametrize("program", [FORKED, FORKED_WITHIN], ids=["between questions", "within a snapshot"])
+def test_a_forked_process_opens_the_file_itself(filled, program):
+    assert subprocess.run([sys.executable, "-W", "error", "-c", program, filled]).returncode == 0
+    assert [each.name for each in filled.parent.iterdir()] == [filled.name]

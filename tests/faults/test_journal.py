@@ -13,10 +13,11 @@ from processes import run, start
 
 from orbitdb import Catalogue, StoreError
 from orbitdb.filling.fill import fill_periods
+from orbitdb.store.deleting import delete
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import PAGE_SIZE
-from orbitdb.store.writing import Writer, delete
+from orbitdb.store.writing import Writer
 from orbitdb.verification.verify import verified
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="an open file cannot be replaced there")

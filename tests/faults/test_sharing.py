@@ -17,10 +17,10 @@ from there import there
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.store import connection as connections
-from orbitdb.store.connection import checkpoint, make_engine, open_to_write
 from orbitdb.store.cursors import OvertakenError
+from orbitdb.store.engines import make_engine, open_to_write
 from orbitdb.store.file import check_file
-from orbitdb.store.paths import journal_files
+from orbitdb.store.journal import checkpoint, journal_files
 from orbitdb.store.tables import SCHEMA_VERSION
 from orbitdb.store.writing import Writer
 

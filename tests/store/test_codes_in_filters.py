@@ -133,6 +133,9 @@ def test_a_pruned_word_is_found_if_its_status_is_named(catalogue):
         ("code()", "wrong number of arguments"),
         ("code('13', '31')", "wrong number of arguments"),
         ("code('13'", "incomplete input"),
+        ("p IS NOT NULL AND code = code('19')", "symbol '9'"),
+        ("p IS NOT NULL AND code = code(13)", "write '13', in quotes"),
+        ("iif(p = 3, contains(code, '0207'), 0)", r"contains\(..., '0207'\): .*symbol '7'"),
         ("contains(code, 202)", "write '202', in quotes"),
         ("contains(code, '0207')", r"contains\(..., '0207'\): .*symbol '7'"),
         ("contains(code)", "wrong number of arguments"),
@@ -144,6 +147,13 @@ def test_a_pruned_word_is_found_if_its_status_is_named(catalogue):
 def test_a_bad_code_in_a_filter_is_refused(catalogue, where, said):
     with pytest.raises(SelectionError, match=said):
         catalogue.count(where=where, parameters={"w": "13"} if where.endswith(":w))") else {})
+
+
+def test_a_bad_code_is_refused_in_a_condition_that_depends_on_the_rows(cli, varied):
+    where = "length > 10 AND code = code('19')"
+    statement = f"SELECT code FROM catalogue WHERE {where}"
+    for command in (["sql", statement], ["query", "--where", where]):
+        assert cli(*command, "--db", str(varied)).says(2, "code('19'): symbol '9'")
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.errors import InputError, StoreError
 from orbitdb.extras import load
 from orbitdb.orbits.solve import solve
-from orbitdb.store.connection import plain_errors
+from orbitdb.store.engines import plain_errors
 from orbitdb.store.selection import Selection, SelectionError, parse_bound, parse_bounds
 from orbitdb.store.where import check
 from orbitdb.symbols.words import from_strings

@@ -1,0 +1,67 @@
+"""Delete what is stored at a value of a, and return its space to the disk."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import closing, suppress
+from pathlib import Path
+
+import sqlalchemy as sa
+from sqlalchemy import Table, select
+from sqlalchemy.pool import StaticPool
+
+from orbitdb.errors import StoreError
+from orbitdb.store import tables as t
+from orbitdb.store.engines import make_engine, open_to_write, plain_errors
+from orbitdb.store.fills import in_spans
+from orbitdb.store.journal import checkpoint
+from orbitdb.store.writing import Writer
+
+
+def delete(path: Path, a: float, spans: Sequence[tuple[int, int]] = ()) -> None:
+    """Delete what is stored at a given a, and return its space to the disk.
+
+    With `spans`, ranges of periods, only orbits, fills and sweeps of these periods are deleted. Classes stay
+    as long as an orbit at another a, or births, need them.
+    """
+    classes = select(t.cycle.c.id).where(in_spans(t.cycle.c.p, spans))
+    own: dict[Table, sa.ColumnElement[bool]] = {
+        t.certificate: t.certificate.c.cycle.in_(classes),
+        t.orbit: t.orbit.c.cycle.in_(classes),
+        **{table: in_spans(table.c.p, spans) for table in (t.fill, t.sweep_block, t.sweep)},
+    }
+    # without SQLite's checks of references, which would search all orbits for each deleted class
+    with (
+        closing(Writer(path, {"command": "delete"}, references=False)) as writer,
+        writer.writing() as connection,
+    ):
+        if not spans:
+            own[t.trajectory] = sa.true()
+            for table in (t.entropy_bound, t.level_fill, t.level):
+                connection.execute(sa.delete(table).where(table.c.a == a))
+        for table, rows in own.items():
+            connection.execute(sa.delete(table).where(t.at_a(table, a), rows))
+        for statement in _unused():
+            connection.execute(statement)
+    with suppress(StoreError):  # unless the disk is full or another process writes
+        vacuum(path)
+
+
+def vacuum(path: Path) -> None:
+    """Return the space of deleted rows to the disk."""
+    with plain_errors(path), closing(open_to_write(path)) as driver, closing(open_to_write(path)) as other:
+        driver.execute("VACUUM")
+        checkpoint(make_engine(lambda: driver, "BEGIN IMMEDIATE", StaticPool), other)
+
+
+def _unused() -> Iterator[sa.Delete]:
+    """Yield statements that delete classes without orbits and births, and stadiums that nothing refers to.
+
+    Births need all classes of their period, also those that are never born. A class of a period that is
+    being filled may get its orbits later.
+    """
+    needed = sa.union(select(t.orbit.c.cycle), select(t.change.c.cycle))
+    of_births = t.cycle.c.p.in_(select(t.birth_fill.c.p))
+    yield sa.delete(t.cycle).where(~of_births, t.cycle.c.id.not_in(needed))
+    tables = (t.orbit, t.fill, t.sweep, t.trajectory)
+    yield sa.delete(t.stadium).where(
+        t.stadium.c.id.not_in(sa.union(*(select(table.c.stadium) for table in tables)))
+    )

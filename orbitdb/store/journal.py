@@ -1,0 +1,122 @@
+"""The journal beside a catalogue: whether it belongs to the file, and moving it into the file.
+
+SQLite keeps the latest changes in a journal, ``orbits.db-wal``, until it moves them into the file. It finds
+the journal by name alone. If a killed process leaves a journal behind, and another file is then copied over
+the catalogue, SQLite would apply the journal to that file. To notice this, every transaction of
+`orbitdb.store.writing.Writer` increases a counter in the row of its run. A journal belongs to a file if it
+contains the file's last run, with at least the same number of commits, and every commit since then.
+"""
+
+import os
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sa
+
+from orbitdb.errors import StoreError
+from orbitdb.store.connection import DATABASE_ERRORS, Driver, open_sqlite, uri_of
+from orbitdb.store.paths import FileId, file_id
+
+
+def journal_files(path: Path) -> tuple[Path, Path]:
+    """Return the paths of a file's journal and of the journal's index."""
+    real = Path(os.path.realpath(path))
+    return real.with_name(real.name + "-wal"), real.with_name(real.name + "-shm")
+
+
+def journal_ids(path: Path) -> dict[Path, FileId | None]:
+    """Return the identities of a file's journal and of the journal's index."""
+    return {part: file_id(part) for part in journal_files(path)}
+
+
+def remove_journal_of(path: Path, opened: FileId | None, journal: dict[Path, FileId | None]) -> None:
+    """Remove the journal of an opened file that is no longer at its path; SQLite would leave it there.
+
+    It would be taken for that of the next file with this name.
+    """
+    now = file_id(path)
+    if now is None or not now.is_same(opened):
+        for part, was in journal.items():
+            if was is not None and was.is_same(file_id(part)):
+                part.unlink(missing_ok=True)
+
+
+JOURNAL_LIMIT = 16 << 20
+"""Size in bytes of a journal from which on a writer moves it into the file."""
+
+
+def checkpoint(engine: sa.Engine, other: Driver, limit: int = 0) -> None:
+    """Move the journal of a file into the file, if it is larger than a limit in bytes.
+
+    Before version 3.51.3, SQLite can lose what one connection commits while another one moves the journal
+    (https://sqlite.org/wal.html, section 11). So the engine holds the write lock while `other` moves it.
+    """
+    if journal_size(other.path) > limit:
+        with engine.begin():
+            other.execute("PRAGMA wal_checkpoint(PASSIVE)")
+
+
+def refuse_foreign_journal(path: Path) -> None:
+    """Raise `StoreError` if the journal next to a file belongs to another file."""
+    if journal_size(path) and not _continues(path):
+        journal, index = (part.name for part in journal_files(path))
+        raise StoreError(
+            f"{journal} is not the journal of {path}, but of a file that had this name before: move "
+            f"{journal} and {index} away, and leave {path.name} where it is"
+        )
+
+
+def journal_size(path: Path) -> int:
+    """Return the size in bytes of a file's journal; 0 if it has none."""
+    journal = file_id(journal_files(path)[0])
+    return journal.size if journal else 0
+
+
+def _continues(path: Path) -> bool:
+    """Tell whether a journal continues its file: it has the file's last run, and all transactions since then.
+
+    An older copy of the file has this run, too, but lacks transactions that were moved into the file before
+    the journal began. Others may write meanwhile, so the file is read once before the journal and once after
+    it. No connection can write, because the last one to close would move the journal into the file.
+    """
+    alone = uri_of(path) + "&immutable=1"
+    last = "SELECT id, started, commits FROM run ORDER BY id DESC LIMIT 1"
+    same = "SELECT 1 FROM run WHERE id = ? AND started = ? AND commits >= ?"
+    every = "SELECT coalesce(sum(commits), 0) FROM run"
+    try:
+        known = _row_of(alone, last)
+    except DATABASE_ERRORS:
+        return True  # nothing to compare: damaged, or the first pages are still in the journal
+    try:
+        if known and not _row_of(uri_of(path), same, known):
+            return False
+        (written,) = _row_of(uri_of(path), every)
+    except sqlite3.OperationalError as error:
+        return "no such table" not in str(error)  # locked, or no permission; opening it will say so
+    except DATABASE_ERRORS:
+        return False
+    try:
+        in_journal = _transactions_in(journal_files(path)[0])
+        (moved,) = _row_of(alone, every)
+    except (OSError, *DATABASE_ERRORS):
+        return True  # another process is moving the journal
+    return int(written) - int(moved) <= in_journal
+
+
+def _row_of(uri: str, query: str, values: tuple[Any, ...] = ()) -> Any:
+    with closing(open_sqlite(uri)) as driver:
+        return driver.execute(query, values).fetchone()
+
+
+def _transactions_in(journal: Path) -> int:
+    """Return the number of transactions in a journal, whose format is https://sqlite.org/fileformat2.html#walformat."""
+    count = 0
+    with open(journal, "rb") as file:
+        header = file.read(32)
+        page, salt = int.from_bytes(header[8:12], "big"), header[16:24]
+        while (frame := file.read(24))[8:16] == salt and salt:
+            count += any(frame[4:8])  # the last page of a transaction has the size of the file there
+            file.seek(page, os.SEEK_CUR)
+    return count
