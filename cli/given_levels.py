@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
     from orbitdb.quantum.weyl import Parity
 
-Table: TypeAlias = "list[tuple[Parity | None, float]]"
+FileLevels: TypeAlias = "list[tuple[Parity | None, float]]"
 """For each level in a file, its parity (None if not given) and its value: k, an energy or a frequency."""
 
 _LIGHT = 299_792_458.0
@@ -122,10 +122,10 @@ class GivenLevels:
         given = [parity for parity in named if in_file == {None} or parity in in_file]
         return {parity: check_levels(self._of(table, parity), Stadium(a), parity) for parity in given}
 
-    def _table(self, path: Path) -> "Table":
+    def _table(self, path: Path) -> "FileLevels":
         return read_file(path, "energy" if self.energies else "k" if self.frequency is None else "frequency")
 
-    def _of(self, table: "Table", parity: "Parity | None") -> "Floats":
+    def _of(self, table: "FileLevels", parity: "Parity | None") -> "Floats":
         """Return the levels k of one parity or of all, in ascending order; note if they had to be sorted."""
         import numpy as np
 
@@ -157,7 +157,7 @@ def read_range(name: str, text: str) -> tuple[float, float]:
     return low, high
 
 
-def read_file(path: Path, name: str) -> "Table":
+def read_file(path: Path, name: str) -> "FileLevels":
     """Read a file; return the parity, if given, and the value in the named column for each row.
 
     The file is a table separated by commas, tabs, semicolons or spaces, or a list with one number per line.
@@ -174,7 +174,7 @@ def read_file(path: Path, name: str) -> "Table":
         raise InputError(f"{path} is no table ({error}); give a file with one level per line") from None
 
 
-def _levels_in(text: str, path: Path, name: str) -> "Table":
+def _levels_in(text: str, path: Path, name: str) -> "FileLevels":
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
     mark = next((mark for mark in "\t;, " if lines and mark in lines[0]), ",")
     bare = not lines or _number(lines[0].split(mark)[0]) is not None

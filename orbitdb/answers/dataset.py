@@ -89,7 +89,7 @@ class Dataset:
         return f"<{self.description or 'no dataset'}, in {self.folder}>"
 
 
-class Table(NamedTuple):
+class TableFile(NamedTuple):
     """A table of a dataset."""
 
     path: str  # ends in .parquet or .csv
@@ -158,7 +158,7 @@ def write_dataset(
     return Dataset(folder, total, selection, tuple(notes))
 
 
-def _orbits(connection: Connection, subset: Any, words: int) -> Table:
+def _orbits(connection: Connection, subset: Any, words: int) -> TableFile:
     """Return the table of the chosen words of one period at one a, ordered by class and element."""
     a, ((p, _),) = subset.selection.a, subset.selection.periods
     rows = rows_of(connection, subset, [column.name for column in _ORBITS])
@@ -166,17 +166,17 @@ def _orbits(connection: Connection, subset: Any, words: int) -> Table:
         f"orbits/a={format_float(a)}_p={p:02d}.parquet",
         subset.selection.describe(count=len(subset)),
     )
-    return Table(path, title, _ORBITS, rows, words)
+    return TableFile(path, title, _ORBITS, rows, words)
 
 
-def _others(connection: Connection, chosen: Sequence[Selection], filled: set[int]) -> Iterator[Table]:
+def _others(connection: Connection, chosen: Sequence[Selection], filled: set[int]) -> Iterator[TableFile]:
     """Yield all tables except those of orbits; `filled` is the set of periods that have a table of orbits."""
     born = [fill.p for fill in read_birth_fills(connection) if fill.complete and chosen[0].includes(fill.p)]
     names = ("word", *(column.name for column in _CLASSES[1:]))
     classes = class_rows(connection, names, filled.union(born))
     lives = (astuple(life) for p in born for life in read_lives(connection, p))
-    yield Table("classes.parquet", "Symmetry classes", _CLASSES, classes)
-    yield Table("births.parquet", "Births and deaths of all classes", _OF_LIFE, lives)
+    yield TableFile("classes.parquet", "Symmetry classes", _CLASSES, classes)
+    yield TableFile("births.parquet", "Births and deaths of all classes", _OF_LIFE, lives)
 
     counts, averages, ensembles, bounds, levels = (list[tuple[Any, ...]]() for _ in range(5))
     for at_a in chosen:
@@ -189,11 +189,11 @@ def _others(connection: Connection, chosen: Sequence[Selection], filled: set[int
             bounds.append(astuple(proved))
         levels += _levels(connection, at_a.a)
     at = [EVERY["a"]]
-    yield Table("counts.csv", "Counts of all words by period", at + _COUNTS, counts)
-    yield Table("averages.csv", "Averages over all orbits by period", at + _AVERAGES, averages)
-    yield Table("trajectories.csv", "Averages over random trajectories", [*at, *OF_ENSEMBLES], ensembles)
-    yield Table("bounds.csv", "Bounds on the topological entropy", [*at, *OF_BOUNDS], bounds)
-    yield Table("levels.csv", "Quantum levels", at + _LEVELS, levels)
+    yield TableFile("counts.csv", "Counts of all words by period", at + _COUNTS, counts)
+    yield TableFile("averages.csv", "Averages over all orbits by period", at + _AVERAGES, averages)
+    yield TableFile("trajectories.csv", "Averages over random trajectories", [*at, *OF_ENSEMBLES], ensembles)
+    yield TableFile("bounds.csv", "Bounds on the topological entropy", [*at, *OF_BOUNDS], bounds)
+    yield TableFile("levels.csv", "Quantum levels", at + _LEVELS, levels)
 
 
 def _by_period(result: Result, columns: Sequence[Column], chosen: Selection) -> Iterator[tuple[Any, ...]]:
@@ -211,7 +211,7 @@ def _levels(connection: Connection, a: float) -> Iterator[tuple[Any, ...]]:
                 yield a, k, str(parity), number, error
 
 
-def _write(path: Path, made: Table) -> int:
+def _write(path: Path, made: TableFile) -> int:
     """Write a table, and return its number of rows."""
     names = [column.name for column in made.columns]
     if path.suffix == ".parquet":
@@ -232,7 +232,7 @@ def _sha256(path: Path) -> str:
         return f"sha256:{hashlib.file_digest(file, 'sha256').hexdigest()}"
 
 
-def _described(draft: Path, made: Table, rows: int) -> Resource:
+def _described(draft: Path, made: TableFile, rows: int) -> Resource:
     """Return the description of a written table, with the meaning, unit and error bound of each column."""
     columns = []
     for column in made.columns:

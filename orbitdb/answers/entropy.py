@@ -32,7 +32,7 @@ _EDGES = 10
 
 
 @dataclass(frozen=True)
-class Enclosure:
+class ProvedBounds:
     """Proved bounds on the entropy of all orbits, and a line that describes them (`fact`)."""
 
     bounds: EntropyBounds
@@ -138,7 +138,7 @@ def _uncounted(connection: Connection, chosen: Selection) -> list[str]:
     ]
 
 
-def stored_enclosure(connection: Connection, a: float) -> Enclosure | None:
+def stored_enclosure(connection: Connection, a: float) -> ProvedBounds | None:
     """Return the tightest stored bounds on the entropy, if any.
 
     The line also gives the tightest bounds that are proved in ball arithmetic.
@@ -148,10 +148,10 @@ def stored_enclosure(connection: Connection, a: float) -> Enclosure | None:
         return None
     line = f"entropy of all orbits: {closest.between}, proved from {closest.basis}"
     surer = None if closest.proof == BALLS else tightest_bounds(connection, a, BALLS)
-    return Enclosure(closest, line + ("" if surer is None else f"; {surer.between} from {surer.basis}"))
+    return ProvedBounds(closest, line + ("" if surer is None else f"; {surer.between} from {surer.basis}"))
 
 
-def enclosure(connection: Connection, a: float) -> Enclosure:
+def enclosure(connection: Connection, a: float) -> ProvedBounds:
     """Return the tightest stored bounds on the entropy, or better ones that are computed now."""
     stored = stored_enclosure(connection, a)
     if stored is not None and stored.bounds.window >= _EDGES:
@@ -161,7 +161,7 @@ def enclosure(connection: Connection, a: float) -> Enclosure:
         return stored
     closer = f"'orbitdb bounds --a {format_float(a)}' finds tighter ones"
     line = f"entropy of all orbits: {computed.between}, proved from {computed.basis}; {closer}"
-    return Enclosure(computed, line)
+    return ProvedBounds(computed, line)
 
 
 @cache

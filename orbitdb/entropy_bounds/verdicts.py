@@ -86,7 +86,7 @@ def corner(chains: OpenChains, a: float, left: Floats, right: Floats) -> Corner:
 
 
 @dataclass(frozen=True, eq=False)
-class Condition:
+class JunctionCondition:
     """The condition f > 0 of the marked junction at directions near the maximum of the length."""
 
     alpha: Floats  # the directions, shape (m + 2, N)
@@ -95,14 +95,14 @@ class Condition:
     error: Floats
 
 
-def solve_corner(problem: Corner, a: float, enough: Floats) -> Condition:
+def solve_corner(problem: Corner, a: float, enough: Floats) -> JunctionCondition:
     """Find the sign of f at the marked junctions by Newton's method on all windows at once.
 
     A window leaves the batch when its error bound is at most `enough`, shape (N,), or small compared with f,
     or no longer decreases.
     """
     alpha = np.clip(centre_directions(problem.legs, a), problem.low, problem.high)
-    solved = Condition(alpha.copy(), *np.empty((2, len(problem.marked))))
+    solved = JunctionCondition(alpha.copy(), *np.empty((2, len(problem.marked))))
     active = np.arange(len(problem.marked))
     last = np.full(len(active), np.inf)
     for _ in range(MAX_STEPS):
@@ -135,7 +135,7 @@ def _direction_error(legs: Chain, a: float, alpha: Floats, slopes: Derivatives, 
     return ABOVE * worst
 
 
-def _condition(problem: Corner, alpha: Floats, error: Floats) -> Condition:
+def _condition(problem: Corner, alpha: Floats, error: Floats) -> JunctionCondition:
     """Evaluate f at the marked junctions, given the error of the directions."""
     row, word = problem.marked, np.arange(len(problem.marked))
     k, d = problem.legs.k[row, word], problem.legs.d[row, word]
@@ -143,7 +143,7 @@ def _condition(problem: Corner, alpha: Floats, error: Floats) -> Condition:
     incoming = problem.legs.parity[row - 1, word] * alpha[row - 1, word]
     half = (np.pi - d * (incoming + outgoing)) / (2 * k)
     value = half + problem.lean * outgoing
-    return Condition(alpha, value, ABOVE * error * (1 + 1 / k) + ROUNDING)
+    return JunctionCondition(alpha, value, ABOVE * error * (1 + 1 / k) + ROUNDING)
 
 
 BATCH = 1 << 15
@@ -205,7 +205,7 @@ def _decide(chains: OpenChains, a: float) -> Decision:
     return Decision(verdict, extend_left)
 
 
-def _f(chains: OpenChains, a: float, left: int, right: int, enough: Floats) -> Condition:
+def _f(chains: OpenChains, a: float, left: int, right: int, enough: Floats) -> JunctionCondition:
     """Return f with each end pushed so as to raise it (+1) or lower it (-1)."""
     pushed = corner(chains, a, left * chains.sense, right * chains.lean)
     return solve_corner(pushed, a, enough)

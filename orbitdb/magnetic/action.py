@@ -130,7 +130,7 @@ def _products(a_x: Floats, a_y: Floats, b_x: Floats, b_y: Floats) -> tuple[Float
     return a_x * b_x + a_y * b_y, a_x * b_y - a_y * b_x
 
 
-class Derivatives(NamedTuple):
+class ActionDerivatives(NamedTuple):
     """Derivatives of the action in the coordinates of the bounces, each of shape (p, N)."""
 
     gradient: Floats  # t . (arriving direction - leaving direction): 0 where the law of reflection holds
@@ -139,7 +139,7 @@ class Derivatives(NamedTuple):
     drift: Floats  # derivative of the gradient in kappa
 
 
-def derivatives(paths: ArcPaths) -> Derivatives:
+def derivatives(paths: ArcPaths) -> ActionDerivatives:
     """Return the derivatives of the action, in closed form.
 
     For p = 2, both arcs couple the same two bounces; each contributes its own entry of ``couplings``.
@@ -161,7 +161,7 @@ def derivatives(paths: ArcPaths) -> Derivatives:
     across_x = following(paths.x) - preceding(paths.x)
     across_y = following(paths.y) - preceding(paths.y)
     swept = paths.bend_x * across_y - paths.bend_y * across_x
-    return Derivatives(
+    return ActionDerivatives(
         gradient=preceding(arriving) - leaving,
         diagonal=own_first + preceding(own_last) - kappa / 2 * swept,
         couplings=-turning * first * last - cosine * (both - first * last) / chord - kappa / 2 * both_across,
@@ -169,7 +169,7 @@ def derivatives(paths: ArcPaths) -> Derivatives:
     )
 
 
-def solve_hessian(slopes: Derivatives, *forces: Floats) -> Floats:
+def solve_hessian(slopes: ActionDerivatives, *forces: Floats) -> Floats:
     """Solve H x = force for r forces of shape (p, N); return the solutions, shape (r, p, N).
 
     At an orbit without a field, H is positive definite in the straight bounces and negative definite in the

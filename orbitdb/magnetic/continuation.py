@@ -36,7 +36,7 @@ _BATCH = 1 << 12
 """Number of words followed at once; they fit into the processor's cache."""
 
 
-class Followed(NamedTuple):
+class FollowedWords(NamedTuple):
     """Stationary points of the action, followed for N words."""
 
     coordinates: Floats  # shape (N, p); NaN for lost words
@@ -48,7 +48,7 @@ class Followed(NamedTuple):
         return np.isnan(self.residual)
 
 
-def follow(stadium: Stadium, words: Words, coordinates: Floats, start: Floats, end: Floats) -> Followed:
+def follow(stadium: Stadium, words: Words, coordinates: Floats, start: Floats, end: Floats) -> FollowedWords:
     """Follow stationary points of the action from one curvature to another.
 
     Parameters
@@ -64,10 +64,10 @@ def follow(stadium: Stadium, words: Words, coordinates: Floats, start: Floats, e
         _follow(stadium, words[rows].T, coordinates[rows].T, start[rows], end[rows])
         for rows in (slice(begin, begin + _BATCH) for begin in range(0, max(len(words), 1), _BATCH))
     ]
-    return Followed(*map(np.concatenate, zip(*parts, strict=True)))
+    return FollowedWords(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _follow(stadium: Stadium, symbols: Words, places: Floats, start: Floats, end: Floats) -> Followed:
+def _follow(stadium: Stadium, symbols: Words, places: Floats, start: Floats, end: Floats) -> FollowedWords:
     places, kappa = places.copy(), start.copy()
     speed = _newton_step(stadium, symbols, places, kappa)[1]
     largest, least = STEP / (stadium.a + 1), _LEAST_STEP / (stadium.a + 1)
@@ -114,7 +114,7 @@ def _newton_step(stadium: Stadium, symbols: Words, places: Floats, kappa: Floats
     return step, speed
 
 
-def _polished(stadium: Stadium, symbols: Words, places: Floats, kappa: Floats) -> Followed:
+def _polished(stadium: Stadium, symbols: Words, places: Floats, kappa: Floats) -> FollowedWords:
     """Repeat Newton steps until rounding stops them; mark words that do not converge as lost."""
     for _ in range(_POLISHING):
         move, _ = _newton_step(stadium, symbols, places, kappa)
@@ -123,4 +123,4 @@ def _polished(stadium: Stadium, symbols: Words, places: Floats, kappa: Floats) -
             break
     residual = ArcPaths.of(stadium, symbols, places, kappa).residuals
     residual = np.where(residual <= ACCURATE, residual, np.nan)
-    return Followed(np.where(np.isnan(residual), np.nan, places).T, residual)
+    return FollowedWords(np.where(np.isnan(residual), np.nan, places).T, residual)

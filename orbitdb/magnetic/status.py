@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Batch, Floats, Words
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.magnetic.action import ArcPaths
-from orbitdb.magnetic.continuation import Followed
+from orbitdb.magnetic.continuation import FollowedWords
 from orbitdb.magnetic.flow import at_joints, leave_stadium, stability
 
 
@@ -56,7 +56,7 @@ class FieldNumbers(Batch):
     residual: Floats  # largest violation of the law of reflection, as a difference of cosines
 
 
-def measure(stadium: Stadium, words: Words, followed: Followed, kappa: Floats) -> FieldNumbers:
+def measure(stadium: Stadium, words: Words, followed: FollowedWords, kappa: Floats) -> FieldNumbers:
     """Decide which followed words, shape (N, p), are orbits at their curvatures, shape (N,); measure them."""
     symbols, places = words.T, followed.coordinates.T
     paths = ArcPaths.of(stadium, symbols, places, kappa)

@@ -194,7 +194,7 @@ _HALF_TURN: Turn = fmpq_poly([-1]), _ZERO
 
 
 @dataclass(frozen=True)
-class Field:
+class NumberField:
     """The field of rational numbers extended by a real number gamma."""
 
     f: fmpq_poly  # a polynomial with the root gamma, which need not be irreducible
@@ -227,7 +227,7 @@ class ExactPath:
     """A path with exact angles, as suggested by the enclosed path of the same word."""
 
     path: BallPath  # the enclosed path, with the word, the stadium and the limits
-    field: Field
+    field: NumberField
     alpha: list[Turn]  # directions of the legs
     half: list[Turn]  # half turns of the runs
 
@@ -286,7 +286,7 @@ def joins(path: BallPath, touching: Sequence[tuple[Condition, arb]]) -> bool:
     return False
 
 
-def _suggestions(numbers: list[arb]) -> Iterator[tuple[Field, list[fmpq_poly]]]:
+def _suggestions(numbers: list[arb]) -> Iterator[tuple[NumberField, list[fmpq_poly]]]:
     """Yield fields that seem to contain the given numbers, with the numbers as their elements.
 
     The generator of a field is one of the numbers, or a sum of multiples of all of them.
@@ -316,7 +316,7 @@ def _elements(numbers: dict[str, arb], gamma: arb, degree: int, bits: int) -> di
     return elements
 
 
-def _field(gamma: arb, bits: int) -> Field | None:
+def _field(gamma: arb, bits: int) -> NumberField | None:
     """Return the field that a number seems to generate, or None if no polynomial is found."""
     width = arb(2) ** (-bits // 2)
     for degree in _DEGREES:
@@ -324,7 +324,7 @@ def _field(gamma: arb, bits: int) -> Field | None:
         if relation is not None:
             f, middle = fmpq_poly(relation), gamma.mid()
             crosses = bool(arb_poly(f)(middle - width) * arb_poly(f)(middle + width) < 0)
-            return Field(f, middle + arb(0, 2 * width)) if crosses else None
+            return NumberField(f, middle + arb(0, 2 * width)) if crosses else None
     return None
 
 

@@ -101,7 +101,7 @@ RULE_NUMBERS = frozenset(rule.number for rule in RULES)
 STRAIGHT_SYMBOLS, LEFT_SYMBOLS = (0, 2), (1, 4)
 
 
-class State(NamedTuple):
+class PrefixState(NamedTuple):
     """What a prefix implies about the symbols that may follow it."""
 
     symbol: int  # the last symbol
@@ -110,13 +110,13 @@ class State(NamedTuple):
     lone: bool  # whether the last symbol is a 4 or 5 that differs from the one before it
 
 
-def _first(symbol: int) -> State:
+def _first(symbol: int) -> PrefixState:
     """Return the state after the first symbol of a word, whose cyclic predecessor is not yet known."""
     straight = symbol in STRAIGHT_SYMBOLS
-    return State(symbol, None if straight else symbol in LEFT_SYMBOLS, int(straight), False)
+    return PrefixState(symbol, None if straight else symbol in LEFT_SYMBOLS, int(straight), False)
 
 
-def _follow(state: State, symbol: int) -> tuple[State, set[int]]:
+def _follow(state: PrefixState, symbol: int) -> tuple[PrefixState, set[int]]:
     """Return the state after one more symbol, and the numbers of the rules that this symbol breaks."""
     straight = symbol in STRAIGHT_SYMBOLS
     broken = set()
@@ -130,12 +130,12 @@ def _follow(state: State, symbol: int) -> tuple[State, set[int]]:
         elif symbol != state.symbol:
             broken.add(5)
     if straight:
-        return State(symbol, state.left, min(state.walls + 1, 2), False), broken
-    return State(symbol, symbol in LEFT_SYMBOLS, 0, symbol >= 4 and symbol != state.symbol), broken
+        return PrefixState(symbol, state.left, min(state.walls + 1, 2), False), broken
+    return PrefixState(symbol, symbol in LEFT_SYMBOLS, 0, symbol >= 4 and symbol != state.symbol), broken
 
 
 @cache
-def automaton(rules: frozenset[int] = RULE_NUMBERS) -> tuple[tuple[State, ...], NDArray[np.int8]]:
+def automaton(rules: frozenset[int] = RULE_NUMBERS) -> tuple[tuple[PrefixState, ...], NDArray[np.int8]]:
     """Return all states and the transition table, with -1 for transitions that the given rules forbid."""
     states = [_first(symbol) for symbol in range(6)]
     rows = []

@@ -54,7 +54,7 @@ def random_arcs(n: int, rng: np.random.Generator) -> Arcs:
     return Arcs(side, x, y, -cosine * x - sine * y, -cosine * y + sine * x)
 
 
-class Step(NamedTuple):
+class ArcStep(NamedTuple):
     """The step of N trajectories to their next bounce on a semicircle; all arrays have shape (N,)."""
 
     arcs: Arcs  # the trajectories just after this bounce
@@ -63,7 +63,7 @@ class Step(NamedTuple):
     kick: Floats  # 2 / sin(theta), the convergence that the bounce adds to a beam
 
 
-def advance(arcs: Arcs, a: float) -> Step:
+def advance(arcs: Arcs, a: float) -> ArcStep:
     """Move trajectories to their next bounce on a semicircle and reflect them.
 
     The next bounce is on the same semicircle if the chord of the full circle ends on it. Otherwise, the path
@@ -80,10 +80,10 @@ def advance(arcs: Arcs, a: float) -> Step:
     walls = np.abs(copy)
     fold = 1 - 2 * (walls % 2)
     after = Arcs(np.where(same, side, -side), nx, ny * fold, vx, vy * fold)
-    return Step(after, path, walls, 2 / np.maximum(sine, _TINY))
+    return ArcStep(after, path, walls, 2 / np.maximum(sine, _TINY))
 
 
-class Beam(NamedTuple):
+class TangentVectors(NamedTuple):
     """Tangent vectors of N trajectories and sums along their paths; all arrays have shape (N,)."""
 
     y: Floats  # offset across the path, scaled to |y| + |slope| = 1
@@ -93,12 +93,12 @@ class Beam(NamedTuple):
     bounces: Floats  # number of bounces so far, on straight walls and semicircles
 
     @classmethod
-    def begin(cls, y: Floats, slope: Floats) -> "Beam":
-        """Return beams with the given tangent vectors, with all sums at zero."""
+    def begin(cls, y: Floats, slope: Floats) -> "TangentVectors":
+        """Return the given tangent vectors, with all sums at zero."""
         return cls(y, slope, *np.zeros((3, len(y))))
 
 
-def follow(arcs: Arcs, beam: Beam, a: float, steps: int) -> tuple[Arcs, Beam]:
+def follow(arcs: Arcs, beam: TangentVectors, a: float, steps: int) -> tuple[Arcs, TangentVectors]:
     """Follow trajectories and their tangent vectors for a number of steps.
 
     A path of length l adds l * slope to y, and a bounce on a semicircle subtracts 2 y / sin(theta) from the
@@ -117,20 +117,20 @@ def follow(arcs: Arcs, beam: Beam, a: float, steps: int) -> tuple[Arcs, Beam]:
             size = np.abs(y) + np.abs(slope)
             growth += np.log(size)
             y, slope = y / size, slope / size
-    return arcs, Beam(y, slope, growth, path, bounces)
+    return arcs, TangentVectors(y, slope, growth, path, bounces)
 
 
-def _settled(n: int, a: float, rng: np.random.Generator) -> tuple[Arcs, Beam]:
+def _settled(n: int, a: float, rng: np.random.Generator) -> tuple[Arcs, TangentVectors]:
     """Return random trajectories whose tangent vectors have settled into the unstable direction.
 
     Because det M = 1, a vector that has grown by e^g is within about e^(-2g) of the unstable direction. In a
     nearly circular stadium, a vector first grows only by shear, and lambda is about 1.6 sqrt(a) per step.
     """
-    arcs, beam = random_arcs(n, rng), Beam.begin(np.zeros(n), np.ones(n))
+    arcs, beam = random_arcs(n, rng), TangentVectors.begin(np.zeros(n), np.ones(n))
     arcs, beam = follow(arcs, beam, a, math.ceil(_SETTLED / math.sqrt(a)))
     while beam.growth.mean() < _SETTLED:
         arcs, beam = follow(arcs, beam, a, _RENORMALISE)
-    return arcs, Beam.begin(beam.y, beam.slope)
+    return arcs, TangentVectors.begin(beam.y, beam.slope)
 
 
 Measured = tuple[float, float]
@@ -221,7 +221,7 @@ def references(
         yield done / steps, _reference(beam, done, stadium, seed)
 
 
-def _reference(beam: Beam, steps: int, stadium: Stadium, seed: int) -> Reference:
+def _reference(beam: TangentVectors, steps: int, stadium: Stadium, seed: int) -> Reference:
     """Average over trajectories, with errors estimated from their spread.
 
     By the invariant measure, a step has perimeter / 2 pi bounces and a path length of area / 2 on average.

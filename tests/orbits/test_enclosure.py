@@ -13,7 +13,7 @@ from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits import balls
 from orbitdb.orbits.ball_path import BallPath
-from orbitdb.orbits.balls import ExactPath, Field, as_orbits, distance, enclose, joins
+from orbitdb.orbits.balls import ExactPath, NumberField, as_orbits, distance, enclose, joins
 from orbitdb.orbits.newton import newton
 from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
@@ -122,7 +122,7 @@ def test_runs_that_turn_by_the_wrong_angle_prove_nothing():
 def test_numbers_off_the_unit_circle_prove_nothing():
     """Doubling the ones and halving the other numbers of 13 violates only the equation of the circle."""
     with ctx.workprec(128):
-        path, rational = enclosed_path("13", 1.0), Field(fmpq_poly([0, 1]), arb(0, 1e-30))
+        path, rational = enclosed_path("13", 1.0), NumberField(fmpq_poly([0, 1]), arb(0, 1e-30))
         for size in (1, 2):
             numbers = (size, 0), (0, fmpq(1, size))
             alpha, half = ((fmpq_poly([cos]), fmpq_poly([sin])) for cos, sin in numbers)

@@ -7,7 +7,7 @@ from solutions import solved, words_of
 from orbitdb.arrays import Words
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.magnetic.action import ArcPaths
-from orbitdb.magnetic.continuation import Followed, follow
+from orbitdb.magnetic.continuation import FollowedWords, follow
 from orbitdb.magnetic.status import IN_FIELD, FieldNumbers, measure
 
 A = 1.6
@@ -27,7 +27,7 @@ def followed(p: int, kappa: float, a: float = A) -> tuple[Words, Floats]:
 
 def measured(words: Words, places: Floats, kappa: float, a: float = A) -> FieldNumbers:
     """Return the statuses and numbers of words with given bounces, shape (N, p)."""
-    found = Followed(places, paths_at(words, places, kappa, a).residuals)
+    found = FollowedWords(places, paths_at(words, places, kappa, a).residuals)
     return measure(Stadium(a), words, found, np.full(len(words), kappa))
 
 
