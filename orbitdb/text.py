@@ -10,12 +10,34 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_UP, Context, Decimal
+from enum import StrEnum
 from fractions import Fraction
+from typing import Self
 
 _FORMULA = tuple("=+-@＝＋－＠")
 """Characters that begin a formula in a spreadsheet, including the full-width ones."""
 
 _LONGEST, _END = 1000, 300
+
+
+class Phrased(StrEnum):
+    """Texts of one word, each with the phrase that explains it: ``NAME = "word", "phrase"``.
+
+    Attributes
+    ----------
+    sentence : str
+        The word as a phrase.
+    """
+
+    _value_: str
+    sentence: str
+
+    def __new__(cls, word: str, sentence: str = "") -> Self:
+        """Return the member with a word; a call such as ``Status("orbit")`` needs no phrase."""
+        member = str.__new__(cls, word)
+        member._value_ = word
+        member.sentence = sentence
+        return member
 
 
 def printable(text: str) -> str:

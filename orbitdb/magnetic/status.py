@@ -1,7 +1,6 @@
 """What became of words that were followed into a magnetic field: their statuses and numbers."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,30 +10,18 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.magnetic.action import ArcPaths
 from orbitdb.magnetic.continuation import FollowedWords
 from orbitdb.magnetic.flow import at_joints, leave_stadium, stability
+from orbitdb.text import Phrased
 
 
-class FieldStatus(StrEnum):
+class FieldStatus(Phrased):
     """The status of a word in a magnetic field."""
 
-    ORBIT = "orbit"
-    ELLIPTIC = "elliptic"
-    JOINT = "joint"
-    GRAZING = "grazing"
-    UNRESOLVED = "unresolved"
+    ORBIT = "orbit", "an unstable periodic orbit"
+    ELLIPTIC = "elliptic", "a stable periodic orbit, |tr M| < 2"
+    JOINT = "joint", "no orbit: a bounce has left its wall or semicircle"
+    GRAZING = "grazing", "no orbit: an arc meets another part of the boundary first"
+    UNRESOLVED = "unresolved", "not decided: it could not be followed from kappa = 0"
 
-    @property
-    def sentence(self) -> str:
-        """The status as a phrase."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    FieldStatus.ORBIT: "an unstable periodic orbit",
-    FieldStatus.ELLIPTIC: "a stable periodic orbit, |tr M| < 2",
-    FieldStatus.JOINT: "no orbit: a bounce has left its wall or semicircle",
-    FieldStatus.GRAZING: "no orbit: an arc meets another part of the boundary first",
-    FieldStatus.UNRESOLVED: "not decided: it could not be followed from kappa = 0",
-}
 
 IN_FIELD = (FieldStatus.ORBIT.value, FieldStatus.ELLIPTIC.value)
 """Statuses of words that are orbits, and so have numbers."""

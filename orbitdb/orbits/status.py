@@ -5,7 +5,6 @@ go to `orbitdb.orbits.balls`.
 """
 
 from dataclasses import dataclass, fields, replace
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,32 +33,18 @@ from orbitdb.orbits.error_bounds import (
     length_error,
 )
 from orbitdb.symbols.symmetry import encloses_nothing
+from orbitdb.text import Phrased
 
 
-class Status(StrEnum):
+class Status(Phrased):
     """The status of a word."""
 
-    ORBIT = "orbit"
-    GEOMETRIC = "geometric"
-    DYNAMICAL = "dynamical"
-    BOUNDARY = "boundary"
-    FAMILY = "family"
-    UNRESOLVED = "unresolved"
-
-    @property
-    def sentence(self) -> str:
-        """The status as a phrase."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    Status.ORBIT: "an unstable periodic orbit",
-    Status.GEOMETRIC: "geometrically pruned: no orbit at any a",
-    Status.DYNAMICAL: "dynamically pruned: its closed path leaves the stadium at this a",
-    Status.BOUNDARY: "runs exactly through a joint of wall and semicircle: not counted",
-    Status.FAMILY: "the bouncing-ball family: marginal and not isolated, so never counted",
-    Status.UNRESOLVED: "not decided",
-}
+    ORBIT = "orbit", "an unstable periodic orbit"
+    GEOMETRIC = "geometric", "geometrically pruned: no orbit at any a"
+    DYNAMICAL = "dynamical", "dynamically pruned: its closed path leaves the stadium at this a"
+    BOUNDARY = "boundary", "runs exactly through a joint of wall and semicircle: not counted"
+    FAMILY = "family", "the bouncing-ball family: marginal and not isolated, so never counted"
+    UNRESOLVED = "unresolved", "not decided"
 
 
 STORED = tuple(status for status in Status if status is not Status.FAMILY)
