@@ -26,7 +26,7 @@ from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse
 from orbitdb.text import format_float
 from orbitdb.trajectories.ensemble import random_arcs
-from orbitdb.trajectories.trajectory import Rays, bounce
+from orbitdb.trajectories.rays import Rays, bounce
 
 _WINDOW = 200
 

@@ -20,7 +20,7 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import HALF_PI, Stadium
 from orbitdb.errors import InputError, check_int
 from orbitdb.extras import Record
-from orbitdb.trajectories.trajectory import reflect_off_circle
+from orbitdb.trajectories.rays import reflect_off_circle
 
 TRAJECTORIES = 4096
 """Maximum number of trajectories by default, small enough for their arrays to stay in the cache."""

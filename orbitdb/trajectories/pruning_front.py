@@ -28,7 +28,7 @@ from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.extras import Drawn
 from orbitdb.symbols.plane import ANTICLOCKWISE, CLOCKWISE, PIECE, ordinate, symbol_plane
 from orbitdb.text import format_float
-from orbitdb.trajectories.trajectory import Rays, bounce
+from orbitdb.trajectories.rays import Rays, bounce
 
 ANGLES = 1 << 12
 """Number of angles in (0, pi) at which a front is computed; points between two of them are bisected."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from orbitdb.billiard.stadium import HALF_PI, Stadium, written
-from orbitdb.trajectories.trajectory import Rays, bounce
+from orbitdb.trajectories.rays import Rays, bounce
 
 
 def random_rays(stadium: Stadium, n: int, rng: np.random.Generator) -> Rays:

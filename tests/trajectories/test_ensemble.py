@@ -26,7 +26,7 @@ from orbitdb.trajectories.ensemble import (
     references,
 )
 from orbitdb.trajectories.legwise import simulate_legs
-from orbitdb.trajectories.trajectory import Rays, bounce
+from orbitdb.trajectories.rays import Rays, bounce
 
 WIDTHS = [1e-6, 1e-3, 0.3, 1.6, 1e3, 1e6]
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)

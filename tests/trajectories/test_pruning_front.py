@@ -15,7 +15,7 @@ from orbitdb.billiard.stability import birkhoff
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.plane import ordinate
 from orbitdb.trajectories.pruning_front import letters
-from orbitdb.trajectories.trajectory import Rays
+from orbitdb.trajectories.rays import Rays
 
 SOME_A = (0.5, 1.6, 5.0)
 seeds = st.integers(0, 2**32 - 1)

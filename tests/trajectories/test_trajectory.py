@@ -17,14 +17,8 @@ from orbitdb.errors import InputError
 from orbitdb.orbits.solve import solve, solve_word
 from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.ensemble import Arcs, advance
-from orbitdb.trajectories.trajectory import (
-    Rays,
-    bounce,
-    random_start,
-    trace_points,
-    trace_start,
-    trajectory,
-)
+from orbitdb.trajectories.rays import Rays, bounce
+from orbitdb.trajectories.trajectory import random_start, trace_points, trace_start, trajectory
 
 widths = st.floats(-3, 3).map(lambda power: 10.0**power)
 seeds = st.integers(0, 2**32 - 1)
