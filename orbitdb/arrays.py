@@ -20,6 +20,9 @@ Words = NDArray[np.uint8]
 Masks = NDArray[np.uint8]
 """Sets of up to eight members, one bit per member."""
 
+Texts = NDArray[Any]
+"""Arrays of strings (`numpy.dtypes.StringDType`)."""
+
 Values = Floats | Sequence[Any]
 """A column: numbers, with NaN for a missing one, or any values, with None for a missing one."""
 

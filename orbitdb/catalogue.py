@@ -593,7 +593,7 @@ class Catalogue:
         >>> catalogue.select(p="2-11", status="orbit", length=(None, 11)).code
         array(['13', '013', '031', '132', '123'], dtype=StringDType())
         """
-        from orbitdb.answers.subset import read_subset
+        from orbitdb.answers.read_subset import read_subset
 
         most = None if limit is None else check_int("limit", limit, 0)
         return self._answer(read_subset, selection, criteria, order, coordinates, classes, most)

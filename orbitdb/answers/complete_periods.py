@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from orbitdb.answers.completeness import gaps, without_births
+from orbitdb.answers.completeness import filled_periods, gaps, without_births
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import PeriodSums, every_period, faults_of, of_divisors
@@ -18,7 +18,7 @@ from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.connection import Connection
-from orbitdb.store.fills import Sweep, moments_of, read_fills, read_sweeps
+from orbitdb.store.fills import Sweep, moments_of, read_sweeps
 from orbitdb.store.query import select_words
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import packed, unpack
@@ -167,8 +167,7 @@ def read_complete_periods(
         chosen = replace(chosen, statuses=(Status.ORBIT,))
     wide = with_lower(chosen) if lower else chosen
     unborn = tuple(without_births(connection, wide))
-    fills = [fill.p for fill in read_fills(connection, wide.a) if fill.complete and wide.includes(fill.p)]
-    filled = [p for p in fills if p not in unborn]
+    filled = [p for p in filled_periods(connection, wide) if p not in unborn]
     sweeps = read_sweeps(connection, wide.a) if swept and all_orbits(wide) else []
     counted = {
         sweep.p: sweep

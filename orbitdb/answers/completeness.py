@@ -90,7 +90,7 @@ def count(connection: Connection, selection: Selection) -> Counted:
         sweep for sweep in read_sweeps(connection, selection.a) if sweep.complete and sweep.p not in tallies
     ]
     tallies |= {sweep.p: sweep.tally for sweep in sweeps}
-    born = [fill.p for fill in read_birth_fills(connection) if fill.complete and fill.p not in tallies]
+    born = [p for p in periods_with_births(connection) if p not in tallies]
     chosen = tuple(sorted(p for p in (*tallies, *born) if selection.includes(p)))
     needed = {p for p in born if any(multiple % p == 0 for multiple in chosen)}
     tallies |= {p: counts_at(connection, selection.a, p) for p in needed}
@@ -139,6 +139,16 @@ def gaps_of_periods(connection: Connection, chosen: Sequence[Selection], everywh
             swept = [sweep.p for sweep in read_sweeps(connection, selection.a)]
             lines += gaps(connection, selection, from_sweeps=swept)
     return lines
+
+
+def filled_periods(connection: Connection, chosen: Selection) -> list[int]:
+    """Return the chosen periods that are completely filled, in ascending order."""
+    return [fill.p for fill in read_fills(connection, chosen.a) if fill.complete and chosen.includes(fill.p)]
+
+
+def periods_with_births(connection: Connection) -> list[int]:
+    """Return the periods whose births and deaths are all stored, in ascending order."""
+    return [fill.p for fill in read_birth_fills(connection) if fill.complete]
 
 
 def partial_periods(connection: Connection, chosen: Selection) -> list[int]:
@@ -216,7 +226,7 @@ def pruned_not_stored(connection: Connection, chosen: Selection) -> str | None:
     if Status.GEOMETRIC not in chosen.statuses:
         return None
     stored = pruned_periods(connection)
-    filled = [(fill.p, fill.p) for fill in read_fills(connection, chosen.a) if fill.complete]
+    filled = [(p, p) for p in filled_periods(connection, chosen)]
     periods = _within(chosen.periods or filled or [(2, _USUAL)], stored)
     if not periods:
         return None
@@ -247,7 +257,7 @@ def without_births(
     """Return the chosen periods that are filled, but whose births are needed and not stored."""
     if not asks_of_lives(chosen, names, order):
         return []
-    born = {fill.p for fill in read_birth_fills(connection) if fill.complete}
+    born = periods_with_births(connection)
     filled = (fill.p for fill in read_fills(connection, chosen.a) if chosen.includes(fill.p))
     return [p for p in filled if p <= MAX_PERIOD and p not in born]
 

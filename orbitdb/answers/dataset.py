@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from orbitdb import __version__
-from orbitdb.answers.completeness import gaps, nothing
+from orbitdb.answers.completeness import gaps, nothing, periods_with_births
 from orbitdb.answers.entropy import table
 from orbitdb.answers.export import check_space, complete_folder, write_csv, write_parquet
 from orbitdb.answers.levels import stored_levels
@@ -27,7 +27,7 @@ from orbitdb.quantum.weyl import Parity
 from orbitdb.store.connection import Connection
 from orbitdb.store.contents import class_rows, runs
 from orbitdb.store.fills import read_fills
-from orbitdb.store.lives import read_birth_fills, read_lives
+from orbitdb.store.lives import read_lives
 from orbitdb.store.query import select_words
 from orbitdb.store.results import best_reference, tightest_bounds
 from orbitdb.store.rows import COORDINATES, rows_of
@@ -120,25 +120,23 @@ def write_dataset(
         If the disk has too little space, or the folder cannot be written.
     """
     notes = [line for subset in chosen for line in gaps(connection, subset, left_out=True)]
-    whole = [
-        (subset, fill) for subset in chosen for fill in read_fills(connection, subset.a) if fill.complete
-    ]
-    whole = [(subset, fill) for subset, fill in whole if subset.includes(fill.p)]
     subsets = [
         (select_words(connection, replace(subset, periods=((fill.p, fill.p),))), fill)
-        for subset, fill in whole
+        for subset in chosen
+        for fill in read_fills(connection, subset.a)
+        if fill.complete and subset.includes(fill.p)
     ]
     if not (total := sum(len(subset) for subset, _ in subsets)):
         absent = tuple(filter(None, (nothing(connection, subset) for subset in chosen)))
         return Dataset(folder, 0, "", (*notes, *absent), absent)
     need = sum(_OF_FILE + len(subset) * (_OF_WORD + _OF_BOUNCE * fill.p) for subset, fill in subsets)
     _check(folder, force, need)
-    selection = chosen[0].describe(sorted({subset.a for subset, _ in whole}), total)
+    selection = chosen[0].describe(sorted({subset.selection.a for subset, _ in subsets}), total)
     orbits = (_orbits(connection, subset, fill.words) for subset, fill in subsets)
     resources, done = list[Resource](), 0
     with complete_folder(folder) as draft:
         (draft / "orbits").mkdir()
-        for made in chain(orbits, _others(connection, chosen, {fill.p for _, fill in whole})):
+        for made in chain(orbits, _others(connection, chosen, {fill.p for _, fill in subsets})):
             tell(done, total, made.path)
             rows = _write(draft / made.path, made)
             if rows or made.words:
@@ -171,7 +169,7 @@ def _orbits(connection: Connection, subset: Any, words: int) -> TableFile:
 
 def _others(connection: Connection, chosen: Sequence[Selection], filled: set[int]) -> Iterator[TableFile]:
     """Yield all tables except those of orbits; `filled` is the set of periods that have a table of orbits."""
-    born = [fill.p for fill in read_birth_fills(connection) if fill.complete and chosen[0].includes(fill.p)]
+    born = [p for p in periods_with_births(connection) if chosen[0].includes(p)]
     names = ("word", *(column.name for column in _CLASSES[1:]))
     classes = class_rows(connection, names, filled.union(born))
     lives = (astuple(life) for p in born for life in read_lives(connection, p))

@@ -16,8 +16,7 @@ import numpy as np
 
 from orbitdb.answers.field_words import MOST, PickedWords, followable, whole_periods
 from orbitdb.answers.results import Result
-from orbitdb.answers.subset import Texts
-from orbitdb.arrays import Floats, Indices, Integers, Marks, Masks, Words
+from orbitdb.arrays import Floats, Indices, Integers, Marks, Masks, Texts, Words
 from orbitdb.averages.by_period import of_divisors
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, as_floats

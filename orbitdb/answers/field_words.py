@@ -5,13 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from orbitdb.answers.completeness import gaps, nothing
+from orbitdb.answers.completeness import filled_periods, gaps, nothing
 from orbitdb.arrays import Indices, Words
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import pruned_word
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import Connection
-from orbitdb.store.fills import read_fills
 from orbitdb.store.periods import check_periods
 from orbitdb.store.query import select_words
 from orbitdb.store.rows import blocks_of
@@ -79,8 +78,7 @@ def chosen_words(connection: Connection, chosen: Selection) -> PickedWords:
         ]
         notes = [*gaps(connection, chosen), "" if codes else nothing(connection, chosen)]
         return PickedWords(chosen, _by_period(codes), (), [*filter(None, notes)])
-    filled = [fill.p for fill in read_fills(connection, chosen.a) if fill.complete]
-    periods = check_periods(chosen.periods) if chosen.periods else filled
+    periods = check_periods(chosen.periods) if chosen.periods else filled_periods(connection, chosen)
     return whole_periods(chosen, periods)._replace(notes=[] if periods else gaps(connection, chosen))
 
 

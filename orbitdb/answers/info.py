@@ -5,12 +5,12 @@ from itertools import groupby
 from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Any
 
+from orbitdb.answers.completeness import periods_with_births
 from orbitdb.entropy_bounds.bounds import BALLS
 from orbitdb.extras import data_frame
 from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.contents import room, schema_version, sqlite_version
 from orbitdb.store.fills import read_fills, read_sweeps
-from orbitdb.store.lives import read_birth_fills
 from orbitdb.store.lookup import a_values
 from orbitdb.store.results import bounds_by_a, level_windows, trajectories
 from orbitdb.store.selection import written_periods
@@ -85,7 +85,7 @@ def _facts(connection: Connection) -> list[tuple[str, str]]:
     facts.append(("SQLite", sqlite_version(connection)))
     for name, (count, each) in room(connection).items():
         facts.append((name, f"{count}" if each is None else f"{count}, {each:.0f} bytes each"))
-    if born := [fill.p for fill in read_birth_fills(connection) if fill.complete]:
+    if born := periods_with_births(connection):
         facts.append(("births", written_periods(born)))
     for a, ranges in groupby(level_windows(connection), key=itemgetter(0)):
         parts = [f"{parity} k = {low:g}..{high:g} ({count})" for _, parity, low, high, count in ranges]

@@ -4,25 +4,22 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.answers.completeness import lacking_births, unfilled
 from orbitdb.answers.export import arrow_batch, arrow_schema
 from orbitdb.answers.results import MOST_ROWS, html_of_orbits
-from orbitdb.arrays import Floats, Indices, Integers, Values
+from orbitdb.arrays import Floats, Integers, Texts, Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.errors import InputError
-from orbitdb.extras import MOST_SHOWN, Table, drawn, figure_name, load
+from orbitdb.extras import MOST_SHOWN, Drawn, Table, load
 from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
-from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.file import Store
-from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import find_or_solve
 from orbitdb.store.query import select_words
 from orbitdb.store.rows import COORDINATES, blocks_of
@@ -34,13 +31,9 @@ from orbitdb.text import several
 if TYPE_CHECKING:
     import pandas
     import pyarrow
-    from matplotlib.axes import Axes
 
     from orbitdb.answers.complete_periods import CompletePeriods
     from orbitdb.answers.results import Result
-
-Texts = NDArray[Any]
-"""Arrays of strings (`numpy.dtypes.StringDType`)."""
 
 _BLOCK = 1 << 14
 _SHOWN = ("code", "p", "status", "length", "lyapunov", "lambda_d", "lambda_c", "class_size")
@@ -49,8 +42,11 @@ _SHARED_TEXTS = ("representative", "time_reversal", "symmetry", "solver")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Subset(Table):
+class Subset(Table, Drawn):
     """The chosen words as arrays with one entry per word; missing numbers are NaN.
+
+    `plot` draws the bounces in phase space (``phase-space``, as by default), the number of orbits up to each
+    length (``lengths``), or each orbit in a picture of its own (``sheet``).
 
     Attributes
     ----------
@@ -98,6 +94,8 @@ class Subset(Table):
     ['1155', '3344']
     """
 
+    _FIGURES: ClassVar[tuple[str, ...]] = ("phase-space", "lengths", "sheet")
+
     selection: Selection
     code: Texts
     p: Integers
@@ -130,8 +128,7 @@ class Subset(Table):
         return len(self.code)
 
     def __str__(self) -> str:
-        part = "" if self.total is None else f"{len(self)} of "
-        total = len(self) if self.total is None else self.total
+        part, total = ("", len(self)) if self.total is None else (f"{len(self)} of ", self.total)
         of_classes = f"{several(total, 'class', 'classes')} of {self.selection.describe()}"
         text = part + (of_classes if self.by_class else self.selection.describe(count=total))
         return f"<{'; '.join(filter(None, [text if len(self) or not self.unfilled else '', self.unfilled]))}>"
@@ -165,9 +162,6 @@ class Subset(Table):
         places = np.arange(len(self))[list(rows) if isinstance(rows, tuple) else rows]
         if places.ndim == 0:
             return self._orbit(int(places))
-        return self._part(places)
-
-    def _part(self, places: Indices) -> "Subset":
         if np.array_equal(places, np.arange(len(self))):
             return self
         parts: dict[str, Any] = {name: getattr(self, name)[places] for name in ARRAY_FIELDS}
@@ -254,20 +248,19 @@ class Subset(Table):
 
     def coordinates_of(self, n: int) -> Floats:
         """Return the coordinates of word n, shape (p,), in the order of its symbols."""
-        return self._read()[self.start[n] : self.start[n + 1]]
+        return self._every_coordinate[self.start[n] : self.start[n + 1]]
 
     def of_period(self, p: int) -> tuple[NDArray[np.uint8], Floats]:
         """Return the symbols of all words of one period, and their coordinates, each of shape (N_p, p)."""
         rows = np.flatnonzero(self.p == p)
         places = self.start[rows][:, None] + np.arange(p)
-        return from_strings(self.code[rows].tolist()).reshape(-1, p), self._read()[places]
-
-    def _read(self) -> Floats:
-        return self._read_from_file if self.coordinates is None else self.coordinates
+        return from_strings(self.code[rows].tolist()).reshape(-1, p), self._every_coordinate[places]
 
     @cached_property
-    def _read_from_file(self) -> Floats:
-        """The coordinates of all words, as in ``coordinates``, read from the file."""
+    def _every_coordinate(self) -> Floats:
+        """The coordinates of all words, read from the file if ``coordinates`` is None."""
+        if self.coordinates is not None:
+            return self.coordinates
         codes, periods = self.code.tolist(), self.p.tolist()
         parts = dict(zip(codes, (np.full(p, np.nan) for p in periods), strict=True))
         if self.path is not None and not np.isnan(self.length).all():
@@ -375,13 +368,7 @@ class Subset(Table):
         if self.by_class:
             raise SelectionError("counts and averages need every word: select without classes=True")
 
-    def plot(self, kind: str | None = None, ax: "Axes | None" = None) -> "Axes":
-        """Plot bounces in phase space, the number of orbits up to each length, or a sheet (extra ``plot``).
-
-        The kind is ``phase-space``, as by default, ``lengths``, or ``sheet``, which shows each orbit in its
-        own picture. The axes `ax` are by default those of a new figure.
-        """
-        name = figure_name(kind, ("phase-space", "lengths", "sheet"))
+    def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]
         if not len(orbits):
             raise InputError(f"there is nothing to draw in {self}")
@@ -392,7 +379,7 @@ class Subset(Table):
             periods = np.unique(orbits.p).tolist()
             parts = [(*orbits.of_period(p), orbits.lambda_d[orbits.p == p]) for p in periods]
             what = Stadium(self.selection.a), parts
-        return drawn(name, what, self.selection.describe(), ax)
+        return what, self.selection.describe()
 
     def _repr_html_(self) -> str:
         return html_of_orbits(str(self).strip("<>"), [*self[:MOST_ROWS]], len(self))
@@ -402,51 +389,8 @@ ARRAY_FIELDS = [field.name for field in fields(Subset)][1:-6]
 """The fields with one entry per word."""
 
 
-def read_subset(
-    connection: Connection,
-    selection: Selection,
-    order: str,
-    coordinates: bool,
-    by_class: bool = False,
-    limit: int | None = None,
-) -> Subset:
-    """Return the chosen words as arrays (`Catalogue.select`)."""
-    chosen = select_words(connection, selection, order, most=limit, counted=True, by_class=by_class)
-    names = [*ARRAY_FIELDS, *([COORDINATES] if coordinates else [])]
-    parts: dict[str, list[Any]] = {name: [] for name in names}
-    for block in blocks_of(connection, chosen, names, last=limit):
-        for name, values in zip(names, block, strict=True):  # arrays at once, because lists take more memory
-            parts[name].append(values if name == COORDINATES else _array(name, values))
-    places = _flat(parts.pop(COORDINATES), parts["p"]) if coordinates else None
-    arrays: dict[str, Any] = {
-        name: np.concatenate(parts.pop(name) or [_array(name, [])]) for name in [*parts]
-    }
-    fills = [
-        fill.p for fill in read_fills(connection, selection.a) if fill.complete and selection.includes(fill.p)
-    ]
-    missing = unfilled(connection, selection) or lacking_births(connection, selection)
-    total = None if limit is None or limit >= len(chosen) else len(chosen)
-    return Subset(selection, **arrays, coordinates=places, unfilled=missing,
-                  filled=tuple(fills), total=total, path=path_of(connection), by_class=by_class)  # fmt: skip
-
-
 def _read_coordinates(path: Path, word: str, a: float) -> Floats | None:
     return find_or_solve(path, word, a).coordinates
-
-
-def _array(name: str, values: Values) -> NDArray[Any]:
-    """Return a column as an array, with '', 0 or NaN for missing text, integers or numbers."""
-    if kind_of(name) == "number":
-        return np.asarray(values, np.float64)
-    if kind_of(name) == "integer":
-        return np.array([value or 0 for value in values], np.int64)
-    return np.array([value or "" for value in values], np.dtypes.StringDType())
-
-
-def _flat(parts: list[Any], periods: list[Integers]) -> Floats:
-    """Join the coordinates of all rows; a row without coordinates gets NaN for each bounce."""
-    pairs = (pair for part in zip(parts, periods, strict=True) for pair in zip(*part, strict=True))
-    return np.concatenate([np.zeros(0), *(np.full(p, np.nan) if x is None else x for x, p in pairs)])
 
 
 def _texts(values: Texts) -> list[str | None]:
