@@ -1,16 +1,16 @@
 """Options shared by several commands, singly or in groups: how they are read, and completed in the shell."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import wraps
 from inspect import Parameter, Signature, signature
-from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from orbitdb.cli.grids import ALL, Grid, curvatures, half_length, half_lengths
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path, home_expanded
 from orbitdb.text import format_float, parse_int, real
@@ -82,96 +82,6 @@ def _in_list(incomplete: str, names: Iterable[tuple[str, str]]) -> Iterator[tupl
             yield f"{before}{comma}{name}", meaning
 
 
-# values as text
-
-
-class HalfLengths(tuple[float, ...]):
-    """What one --a stands for: a single a, the values of a grid, or nothing for every stored a."""
-
-    __slots__ = ()
-
-    def __str__(self) -> str:
-        return ", ".join(map(format_float, self))
-
-
-ALL = "all"
-_MOST_VALUES = 1000
-_DIGITS = 6
-
-
-def half_length(text: str) -> float:
-    """Parse a half length; raise a ValueError if no stadium has it."""
-    from orbitdb.billiard.stadium import Stadium
-
-    return Stadium(real(text)).a
-
-
-def half_lengths(text: str) -> HalfLengths:
-    """Parse half lengths such as ``1.6`` or ``0.3:10:40``.
-
-    A grid is logarithmic. Its ends are exact; the values in between are rounded to 6 digits, so that the user
-    can type each of them.
-    """
-    parts = text.split(":")
-    if len(parts) == 1:
-        return HalfLengths([half_length(text)])
-    if len(parts) != 3:
-        raise ValueError(f"{text!r:.40}: give one value, or a grid FROM:TO:COUNT such as 0.3:10:40")
-    low, high, count = half_length(parts[0]), half_length(parts[1]), parse_int(parts[2])
-    if not (low < high and 2 <= count <= _MOST_VALUES):
-        raise ValueError(
-            f"{text:.40}: a grid has 2 to {_MOST_VALUES} values, from a smaller a to a larger one"
-        )
-    inner = (low * (high / low) ** (i / (count - 1)) for i in range(1, count - 1))
-    values = (low, *(float(f"{a:.{_DIGITS}g}") for a in inner), high)
-    if list(values) != sorted(set(values)):
-        raise ValueError(f"{text:.40}: the ends are too close for {count} values with {_DIGITS} digits")
-    return HalfLengths(values)
-
-
-class Curvatures(tuple[float, ...]):
-    """What one --kappa stands for: a single curvature, or the values of a grid."""
-
-    __slots__ = ()
-
-
-def curvatures(text: str) -> Curvatures:
-    """Parse curvatures such as ``0.05`` or the evenly spaced grid ``0:0.3:31``."""
-    parts = text.split(":")
-    if len(parts) == 1:
-        return Curvatures([real(text)])
-    if len(parts) != 3:
-        raise ValueError(f"{text!r:.40}: give one value, or a grid FROM:TO:COUNT such as 0:0.3:31")
-    low, high, count = real(parts[0]), real(parts[1]), parse_int(parts[2])
-    if not (low < high < math.inf and 2 <= count <= _MOST_VALUES):
-        raise ValueError(
-            f"{text:.40}: a grid has 2 to {_MOST_VALUES} values, from a smaller kappa to a larger one"
-        )
-    steps = (low + (high - low) * i / (count - 1) for i in range(1, count - 1))
-    return Curvatures([low, *(float(f"{kappa:.{_DIGITS}g}") for kappa in steps), high])
-
-
-Asked: TypeAlias = Sequence[HalfLengths] | float | None
-"""The values of all --a, or of one; None if it is not given."""
-
-
-def many_a(asked: Sequence[HalfLengths] | None) -> bool:
-    """Tell whether --a may stand for several values, so that each row must show its a."""
-    return asked is not None and [len(values) for values in asked] != [1]
-
-
-def named(asked: Asked) -> tuple[float, ...] | None:
-    """Return the values given with --a, without duplicates; None for ``all``, or if --a is not given."""
-    if isinstance(asked, float):
-        return (asked,)
-    if asked and len(asked) > 1 and not all(asked):
-        raise InputError(f"--a {ALL} already means every stored a: leave out the others, or list each a")
-    return tuple(dict.fromkeys(chain.from_iterable(asked or ()))) or None
-
-
-# single options
-
-
 def number_option(*flags: str, help: str, read: Callable[[str], Any] = real, **more: Any) -> Any:
     """Return an option that takes a number, such as a `half_length`."""
     return typer.Option(*flags, metavar="NUMBER", parser=_reader(read), help=help, **more)
@@ -228,10 +138,10 @@ Database = Annotated[
 HalfLength = Annotated[float, a_option()]
 StoredHalfLength = Annotated[float | None, a_option(" [default: the only one stored, else 1.6]")]
 read_half_lengths = _reader(half_lengths)
-read_all_half_lengths = _reader(lambda text: HalfLengths() if text == ALL else half_lengths(text))
+read_all_half_lengths = _reader(lambda text: Grid() if text == ALL else half_lengths(text))
 
 StoredHalfLengths = Annotated[
-    list[HalfLengths] | None,
+    list[Grid] | None,
     typer.Option(
         "--a",
         metavar="NUMBER|all",
@@ -242,7 +152,7 @@ StoredHalfLengths = Annotated[
     ),
 ]
 Kappa = Annotated[
-    list[Curvatures] | None,
+    list[Grid] | None,
     typer.Option(
         "--kappa",
         metavar="NUMBER",
@@ -330,7 +240,7 @@ def _typed(context: typer.Context, name: str | None) -> bool:
 class SelectionOptions:
     """The options that choose a subset of the catalogue, as the user typed them.
 
-    A command gets all of them through one parameter, ``choice: Choice`` (`with_groups`).
+    A command gets all of them through one parameter, ``choice: SelectionOptions`` (`with_groups`).
     """
 
     p: Periods = None

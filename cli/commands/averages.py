@@ -7,7 +7,8 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.options import SelectionOptions, many_a
+from orbitdb.cli.grids import many_a
+from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, note, notes, progress, write_facts
 from orbitdb.cli.reading import bring, reading
 from orbitdb.text import concise, format_float, with_error

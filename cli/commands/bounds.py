@@ -11,7 +11,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.options import HalfLengths
+from orbitdb.cli.grids import Grid, named
 from orbitdb.cli.output import Output, note, progress
 from orbitdb.cli.reading import bring
 from orbitdb.errors import StoreError
@@ -38,7 +38,7 @@ def bounds(
     *,
     context: typer.Context,
     asked: Annotated[
-        list[HalfLengths] | None,
+        list[Grid] | None,
         typer.Option(
             "--a",
             metavar="NUMBER|FROM:TO:COUNT",
@@ -82,7 +82,7 @@ def bounds(
     """
     from orbitdb.catalogue import Catalogue
 
-    a = options.named(asked) or (USUAL_A,)
+    a = named(asked) or (USUAL_A,)
     if len(a) == 1:
         options.refuse_idle(context, "at a single a", "jobs")
     levels: list[EntropyBounds] = []

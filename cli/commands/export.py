@@ -10,7 +10,8 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import HalfLengths, SelectionOptions, many_a
+from orbitdb.cli.grids import Grid, many_a
+from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_by_bounce
 from orbitdb.cli.output import note, notes, progress
 from orbitdb.cli.reading import asked_columns, reading
@@ -139,12 +140,12 @@ def _copy(file: Path, force: bool, db: Path) -> None:
 
 
 def _write_dataset(
-    folder: Path | None, a: Sequence[HalfLengths] | None, choice: SelectionOptions, force: bool, db: Path
+    folder: Path | None, a: Sequence[Grid] | None, choice: SelectionOptions, force: bool, db: Path
 ) -> None:
     """Write a folder with the chosen words of whole periods, at the given a or at every stored a."""
     if folder is None:
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
-    with reading(db, a or [HalfLengths()], choice) as (catalogue, stadiums), progress("dataset") as shown:
+    with reading(db, a or [Grid()], choice) as (catalogue, stadiums), progress("dataset") as shown:
         dataset = catalogue.write_dataset(folder, stadiums, force=force, progress=shown)
     notes(f"{text}: nothing is written" if text in dataset.absent else text for text in dataset.notes)
     if not dataset.words:

@@ -12,7 +12,8 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
-from orbitdb.cli.options import Asked, SelectionOptions, many_a, named
+from orbitdb.cli.grids import Asked, many_a, named
+from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import code_text, note, notes, progress
 from orbitdb.cli.reading import given_codes, primitive, reading, solving
 from orbitdb.errors import InputError

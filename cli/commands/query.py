@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import HalfLengths, SelectionOptions, many_a
+from orbitdb.cli.grids import Grid, many_a
+from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Format, Output, code_text, note, notes, wrap_after, write_facts
 from orbitdb.cli.reading import asked_columns, given_codes, primitive, reading, solving
 from orbitdb.columns import EVERY, GROUPS, IN_CATALOGUE, WRITTEN
@@ -103,7 +104,7 @@ def query(
 
 def _show_words(
     codes: list[str],
-    a: list[HalfLengths] | None,
+    a: list[Grid] | None,
     db: Path,
     columns: str | None,
     bounces: bool,

@@ -13,7 +13,7 @@ from terminal import ended, spawn
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.commands.bounds import balls_of
-from orbitdb.cli.options import half_lengths
+from orbitdb.cli.grids import half_lengths
 
 WHY = "the time, the window length or the memory was not enough\n"
 KEYS = ["a", "window", "lower", "upper", "windows", "undecided"]
