@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from orbitdb.cli.grids import ALL, Grid, curvatures, half_length, half_lengths
+from orbitdb.cli.output import ON_SCREEN
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path, home_expanded
 from orbitdb.text import format_float, parse_int, real
@@ -192,11 +193,10 @@ Limit = Annotated[
     int | None,
     count_option(
         least=0,
-        help="Maximum number of rows, at each a if you ask for several [default: 40 in a table, else all].",
+        help="Maximum number of rows, at each a if you ask for several "
+        f"[default: {ON_SCREEN} in a table, else all].",
     ),
 ]
-ON_SCREEN = 40
-"""Default limit for a table."""
 
 Periods = Annotated[
     str | None, typer.Option("--p", metavar="PERIODS", help="Periods, such as 11, 2-8 or 2,3,5-7.")

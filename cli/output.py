@@ -49,6 +49,9 @@ _DECIMALS = {
 _BOUNDS = {"lower": ROUND_FLOOR, "upper": ROUND_CEILING}
 """Proved bounds, which are rounded outward."""
 
+ON_SCREEN = 40
+"""Maximum number of rows of a table, unless the user gives another limit."""
+
 LONG_CODE = 40
 """Longer codes are shown in run notation."""
 
@@ -136,6 +139,13 @@ def repeats(word: str, root: str) -> str:
     count = len(word) // len(root)
     times = "twice" if count == 2 else f"{count} times"
     return f"{code_text(word)} repeats {code_text(root)} ({times}): using {code_text(root)}"
+
+
+def not_shown(count: int, total: int, remedy: bool = True) -> str:
+    """Return the end of a note on rows: how many of all are shown, and how to see them all; '' if all are."""
+    if count >= total:
+        return ""
+    return f"; {count} shown{f', --limit {total} shows all' if remedy else ''}"
 
 
 def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
@@ -293,6 +303,10 @@ class Output:
     def for_people(self) -> bool:
         """Whether the format has few columns and rounded numbers."""
         return self.form in FOR_PEOPLE
+
+    def most(self, limit: int | None) -> int | None:
+        """Return the maximum number of rows to show: the limit that the user gives, or that of a table."""
+        return ON_SCREEN if limit is None and self.table else limit
 
     def write(self, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
         """Write rows to stdout, and return their number."""

@@ -8,7 +8,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, MeasuredLevels
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import Format, Output, note, progress
+from orbitdb.cli.output import Format, Output, note, notes, progress
 from orbitdb.cli.reading import reading
 from orbitdb.text import with_error
 
@@ -88,8 +88,7 @@ def assess(
         unit = given.radius.metres if given.radius else 1.0
         scaled = with_error(assessment.scale * unit, assessment.scale_error * unit)
         note(f"radius {scaled} {'m' if given.radius else 'times the one you used'}; the k above use it")
-    for line in [*assessment.notes, assessment.verdict()]:
-        note(line)
+    notes([*assessment.notes, assessment.verdict()])
     if assessment.gaps or not assessment.fits:
         raise typer.Exit(1)
 
@@ -105,5 +104,4 @@ def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output,
         levels = given.by_parity(catalogue, chosen.a)
         found = catalogue.level_statistics(levels, a=chosen.a)
     output.write([*found.columns], found.rows())
-    for line in found.notes:
-        note(line)
+    notes(found.notes)

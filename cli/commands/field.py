@@ -1,15 +1,19 @@
 """``orbitdb field``: orbits in a magnetic field."""
 
 from itertools import chain, islice
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import Output, note, progress
+from orbitdb.cli.output import Output, not_shown, note, notes, progress
 from orbitdb.cli.reading import given_codes, primitive, reading, solving
 from orbitdb.errors import InputError
+
+if TYPE_CHECKING:
+    from orbitdb.answers.field import FieldOrbits
 
 EXAMPLES = (
     "field 0123 --kappa 0:0.3:7",
@@ -45,35 +49,37 @@ def field(
     followed). The action is S = L - kappa A, and splitting is the action of the reverse minus that of the
     word. Nothing is stored.
     """
-    from orbitdb.answers.results import Result
-
     if not kappa:
         raise InputError("say how strong the field is, such as --kappa 0.05")
-    named = words or code
-    if named:
+    if words or code:
         options.takes_only(context, "with words", "words", "code", "kappa", "a", "limit")
     if counts:
         options.refuse_idle(context, "with --counts", "limit")
-    values = [*chain.from_iterable(kappa)]
-    if named:
-        codes = [primitive(each) for each in given_codes(words, code)]
-        if not codes:
-            note("stdin contains no code")
-        with progress("following") as shown, solving(db, a) as (catalogue, (at,)):
-            orbits = catalogue.field(values, words=codes, a=at, progress=shown)
-    else:
-        with progress("following") as shown, reading(db, a, choice) as (catalogue, (chosen,)):
-            orbits = catalogue.field(values, chosen, progress=shown)
+    orbits = _followed([*chain.from_iterable(kappa)], words, code, a, choice, db)
     found = orbits.counts() if counts else orbits
-    for text in found.notes:
-        note(text)
-    if isinstance(found, Result):
-        output.write([*found.columns], found.rows())
-        return
-    names = TABLE_COLUMNS if output.for_people else orbits.columns
-    most = options.ON_SCREEN if output.table and limit is None else limit
-    count = output.write(names, islice(found.rows(names), most))
+    notes(found.notes)
+    names = TABLE_COLUMNS if output.for_people and not counts else [*found.columns]
+    count = output.write(names, islice(found.rows(names), None if counts else output.most(limit)))
     if not len(found):
         raise typer.Exit(1)
     if count < len(found):
-        note(f"{len(found)} rows; {count} shown, --limit {len(found)} shows all")
+        note(f"{len(found)} rows{not_shown(count, len(found))}")
+
+
+def _followed(
+    kappa: list[float],
+    words: list[str] | None,
+    code: list[str] | None,
+    a: float | None,
+    choice: SelectionOptions,
+    db: Path,
+) -> "FieldOrbits":
+    """Follow the given words into the field, or else the chosen ones."""
+    if not (words or code):
+        with progress("following") as shown, reading(db, a, choice) as (catalogue, (chosen,)):
+            return catalogue.field(kappa, chosen, progress=shown)
+    codes = [primitive(each) for each in given_codes(words, code)]
+    if not codes:
+        note("stdin contains no code")
+    with progress("following") as shown, solving(db, a) as (catalogue, (at,)):
+        return catalogue.field(kappa, words=codes, a=at, progress=shown)

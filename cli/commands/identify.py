@@ -11,7 +11,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import SelectionOptions, count_option, number_option
-from orbitdb.cli.output import Output, code_text, note, write_facts
+from orbitdb.cli.output import ON_SCREEN, Output, code_text, not_shown, note, notes, write_facts
 from orbitdb.cli.reading import reading, solving
 from orbitdb.errors import InputError
 from orbitdb.text import printable, real
@@ -63,7 +63,7 @@ def identify(
         count_option(
             least=0,
             help="Maximum number of rows to show [default: 10; "
-            f"with --length, {options.ON_SCREEN} in a table, otherwise all].",
+            f"with --length, {ON_SCREEN} in a table, otherwise all].",
         ),
     ] = None,
     a: options.StoredHalfLength = None,
@@ -166,18 +166,12 @@ def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: O
         if path.shadowed:
             print()
     names = SHADOW_COLUMNS if output.for_people else path.columns
-    places = [path.columns.index(name) for name in names]
-    count = output.write(names, ([row[place] for place in places] for row in path.rows()))
-    for text in path.notes:
-        note(text)
+    count = output.write(names, path.rows(names))
+    notes(path.notes)
     if path.total:
         orbits = "orbit is" if path.total == 1 else "orbits are"
-        note(f"{path.total} {orbits} shadowed{_rest(count, path.total)}")
+        note(f"{path.total} {orbits} shadowed{not_shown(count, path.total)}")
     return count
-
-
-def _rest(count: int, total: int) -> str:
-    return f"; {count} shown, --limit {total} shows all" if count < total else ""
 
 
 def _show_length(
@@ -185,14 +179,14 @@ def _show_length(
 ) -> int:
     """Write the stored orbits of a given length; return the number of rows."""
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
-    most = options.ON_SCREEN if limit is None and output.table else limit
     with reading(db, a, SelectionOptions()) as (catalogue, (chosen,)):
         orbits = catalogue.with_length(length, tolerance=tolerance, a=chosen.a)
-    for text in orbits.notes:
-        note(text)
-    at = chosen.a
-    rows = ([at if name == "a" else getattr(orbit, name) for name in names] for orbit in orbits[:most])
+    notes(orbits.notes)
+    rows = (
+        [chosen.a if name == "a" else getattr(orbit, name) for name in names]
+        for orbit in orbits[: output.most(limit)]
+    )
     count = output.write(names, rows)
-    if said := orbits.describe(_rest(count, len(orbits))):
+    if said := orbits.describe(not_shown(count, len(orbits))):
         note(said)
     return count

@@ -9,7 +9,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import Parities, SomeRange, read_range
-from orbitdb.cli.output import Output, note, progress
+from orbitdb.cli.output import Output, note, notes, progress
 from orbitdb.cli.reading import bring
 from orbitdb.errors import InputError
 from orbitdb.text import several
@@ -82,8 +82,7 @@ def _from_elements(
     with progress("levels") as shown:
         listed = catalogue.fill_levels(low, high, parities=parities, jobs=jobs, store=store, progress=shown)
     output.write(COLUMNS, _rows(listed))
-    for text in listed.notes:
-        note(text)
+    notes(listed.notes)
     return len(listed)
 
 

@@ -13,7 +13,17 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.grids import Grid, many_a
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import Format, Output, code_text, note, notes, wrap_after, write_facts
+from orbitdb.cli.output import (
+    ON_SCREEN,
+    Format,
+    Output,
+    code_text,
+    not_shown,
+    note,
+    notes,
+    wrap_after,
+    write_facts,
+)
 from orbitdb.cli.reading import asked_columns, given_codes, primitive, reading, solving
 from orbitdb.columns import EVERY, GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
@@ -91,13 +101,11 @@ def query(
         notes(listing.notes)
         total = listing.total
         on_screen = output.table and limit is None
-        count = output.write(names, listing.head(options.ON_SCREEN) if on_screen else listing)
+        count = output.write(names, listing.head(ON_SCREEN) if on_screen else listing)
         for text in listing.complete:
             note(text)
     if total and output.table:
-        rest = "" if offset else f", --limit {total} shows all"
-        more = f"; {count} shown{rest}" if total > count else ""
-        note(f"{listing.describe(total)}{more}")
+        note(f"{listing.describe(total)}{not_shown(count, total, remedy=not offset)}")
     if not count:
         raise typer.Exit(1)
 

@@ -7,7 +7,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels, Parities, read_range
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import Output, note, progress
+from orbitdb.cli.output import Output, note, notes, progress
 from orbitdb.cli.reading import primitive, reading, solving
 from orbitdb.errors import InputError
 from orbitdb.text import real
@@ -80,8 +80,7 @@ def spectrum(
         from orbitdb.quantum.length_spectrum import COLUMNS
 
         output.write(COLUMNS, result.rows())
-    for line in [*result.notes()[: 1 if terms else None], *result.judged]:
-        note(line)
+    notes([*result.notes()[: 1 if terms else None], *result.judged])
 
 
 def scars(

@@ -333,6 +333,6 @@ def _notes(orbits: FieldOrbits) -> Iterator[str]:
         )
     if np.any(orbits.kappa):
         yield (
-            "computed in doubles, without proof or error bounds; a word may have more orbits than the one "
-            "that is followed from kappa = 0"
+            "computed in doubles, without proof or error bounds; each word is followed from kappa = 0 to a "
+            "single orbit, although it may have several"
         )

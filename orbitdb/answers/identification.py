@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import starmap
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from orbitdb.answers.completeness import complete_length, describe_fills, gaps
 from orbitdb.arrays import Floats
@@ -34,9 +34,10 @@ SAME_LENGTH = 1e-3
 SHOWN = 10
 """Default number of shadowed orbits to report."""
 
-_OF_ORBIT = ("code", "p", "status", "first", "last", "bounces", "turns", "distance", "length", "lambda_d",
-             "lyapunov", "representative", "class_size", "a", "stored")  # fmt: skip
-SHADOWED = (*_OF_ORBIT, "sequence", "sequence_first")
+SHADOWED = (
+    "code", "p", "status", "first", "last", "bounces", "turns", "distance", "length", "lambda_d", "lyapunov",
+    "representative", "class_size", "a", "stored", "sequence", "sequence_first",
+)  # fmt: skip
 """The columns of a table of shadowed orbits."""
 
 _LEAST_LENGTH = 4.0
@@ -86,6 +87,8 @@ class Trajectory:
 
     Attributes
     ----------
+    columns : tuple of str
+        The columns of `rows`.
     sequence : str
         The symbols of the bounces, in order; this is not a cyclic word.
     first : int
@@ -100,6 +103,7 @@ class Trajectory:
         How far the trajectory could be followed, and why no orbit was found; one line each.
     """
 
+    columns: ClassVar[tuple[str, ...]] = SHADOWED
     sequence: str
     first: int
     points: Floats
@@ -111,16 +115,15 @@ class Trajectory:
         bounces, orbits = several(len(self.sequence), "bounce"), several(self.total, "orbit")
         return f"<{bounces} from number {self.first} on: {orbits} shadowed, {len(self.shadowed)} listed>"
 
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """The columns of `rows`."""
-        return tuple(SHADOWED)
-
-    def rows(self) -> Iterator[tuple[Any, ...]]:
-        """Yield one row for each shadowed orbit."""
+    def rows(self, names: Sequence[str] = SHADOWED) -> Iterator[tuple[Any, ...]]:
+        """Yield the named columns of each shadowed orbit."""
         for stretch in self.shadowed:
-            owners = (stretch if hasattr(stretch, name) else stretch.orbit for name in _OF_ORBIT)
-            yield *map(getattr, owners, _OF_ORBIT), self.sequence, self.first
+            yield tuple(self._value(stretch, name) for name in names)
+
+    def _value(self, stretch: Followed, name: str) -> Any:
+        if name == "sequence_first":
+            return self.first
+        return getattr(next(each for each in (stretch, stretch.orbit, self) if hasattr(each, name)), name)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the shadowed orbits as a data frame (extra ``pandas``)."""
