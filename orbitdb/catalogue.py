@@ -3,19 +3,19 @@
 import math
 import threading
 from collections import Counter
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import AlteredError, InputError, StoreError, check_int
+from orbitdb.errors import InputError, StoreError, check_int
 from orbitdb.extras import Rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, nobody, telling
-from orbitdb.store.connection import DATABASE_ERRORS, ClosedError, Connection, never
+from orbitdb.store.connection import ClosedError, Connection, never
 from orbitdb.store.file import Store
 from orbitdb.store.lookup import (
     WITH_ORBITS,
@@ -23,7 +23,6 @@ from orbitdb.store.lookup import (
     born_with,
     certificate_of,
     default_a,
-    default_among,
     find_word,
 )
 from orbitdb.store.paths import default_path, home_expanded, network_disk
@@ -70,9 +69,6 @@ if TYPE_CHECKING:
     from orbitdb.verification.verify import Verification
 
 _Answer = TypeVar("_Answer")
-
-_SHOWN = 4
-"""Maximum number of further values of ``a`` in a repr."""
 
 
 class Catalogue:
@@ -221,26 +217,14 @@ class Catalogue:
         return partial(type(self), missing_ok=self._missing_ok), (self.path, self._a)
 
     def __repr__(self) -> str:
+        from orbitdb.answers.completeness import describe_contents
+
         try:
             with self.snapshot() as connection:
-                contents = self._contents(connection)
+                contents = describe_contents(connection, self._a)
         except StoreError as error:
             contents = str(error)
         return f"<Catalogue {self.path.name}: {contents}>"
-
-    def _contents(self, connection: Connection) -> str:
-        """Return one line that says which periods are filled, beginning with the default ``a``."""
-        from orbitdb.answers.completeness import describe_fills
-        from orbitdb.store.fills import read_fills
-
-        values = a_values(connection, WITH_ORBITS)
-        try:
-            own = [default_among(values) if self._a is None else self._a]
-        except InputError:
-            own = []
-        others = [a for a in values if a not in own]
-        parts = [describe_fills(read_fills(connection, a), a) for a in (*own, *others[:_SHOWN])]
-        return "; ".join(parts) + (f"; and at {len(others) - _SHOWN} more" if len(others) > _SHOWN else "")
 
     # what is stored
 
@@ -969,7 +953,7 @@ class Catalogue:
                 filling.fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
         for word in single:
             self.fill_word(word, method=method, a=at)
-        return Rows(fill for fill in self._stored_now(read_fills, at) if fill.p in wanted)
+        return self._stored_now(read_fills, wanted, at)
 
     @staticmethod
     def check_word(word: str) -> str:
@@ -1004,7 +988,7 @@ class Catalogue:
         wanted = chosen_periods(periods)
         with telling(progress, "births") as tell:
             find_births(self.path, wanted, jobs, tell)
-        return Rows(fill for fill in self._stored_now(read_birth_fills) if fill.p in wanted)
+        return self._stored_now(read_birth_fills, wanted)
 
     def sweep(
         self,
@@ -1026,7 +1010,7 @@ class Catalogue:
         at, wanted = self._at(a), chosen_periods(periods)
         with telling(progress, "sweep") as tell:
             sweep(self.path, at, wanted, jobs, workers, tell)
-        return Rows(sweep for sweep in self._stored_now(read_sweeps, at) if sweep.p in wanted)
+        return self._stored_now(read_sweeps, wanted, at)
 
     def simulate(
         self,
@@ -1129,18 +1113,11 @@ class Catalogue:
         a : float or sequence of float, optional
             One or several half lengths.
         """
-        from orbitdb.filling import bounds
+        from orbitdb.filling.bounds import find_bounds
 
         values = [self._at(one) for one in (a if isinstance(a, Sequence) else [a])]
-        limits = bounds.limits_of(edges, width, seconds)
-        asked = {
-            "a": values,
-            "window": limits[0],
-            "width": width,
-            "time": seconds,
-            "prove": proofs is not None,
-        }
-        return bounds.find_bounds(self.path if store else None, values, limits, proofs, jobs, progress, asked)
+        path = self.path if store else None
+        return find_bounds(path, values, edges, width, seconds, proofs, jobs, progress)
 
     def check_writable(self) -> None:
         """Raise `StoreError` if nothing can be stored in the file, before long work."""
@@ -1200,9 +1177,7 @@ class Catalogue:
             if unnamed:
                 every = Selection.from_criteria(**criteria)
                 selections = tuple(replace(every, a=at) for at in verifiable(connection))
-            missing: list[str] = []
-            with suppress(AlteredError, TypeError, ValueError, *DATABASE_ERRORS):  # a check reports it
-                missing += gaps_of_periods(connection, selections, everywhere)
+            missing = gaps_of_periods(connection, selections, everywhere)
         with telling(progress, "verify") as tell:
             found = verified(self.path, selections, sample, restarts, drawn, births, rigorous, jobs, tell)
         return replace(found, notes=tuple(missing))
@@ -1462,10 +1437,12 @@ class Catalogue:
 
         return PruningFront(self._at(a))
 
-    def _stored_now(self, read: Callable[..., _Answer], *arguments: Any) -> _Answer:
-        """Return what was just stored, which a snapshot of this thread does not show."""
+    def _stored_now(
+        self, read: Callable[..., Iterable[Any]], periods: Collection[int], *arguments: Any
+    ) -> "Rows[Any]":
+        """Return what was just stored of some periods, which a snapshot of this thread does not show."""
         with self._file.snapshot() as connection:
-            return read(connection, *arguments)
+            return Rows(one for one in read(connection, *arguments) if one.p in periods)
 
     def _answer(
         self,

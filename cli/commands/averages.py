@@ -9,7 +9,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.grids import many_a
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import Output, note, notes, progress, write_facts
+from orbitdb.cli.output import Output, notes, progress, write_facts
 from orbitdb.cli.reading import bring, reading
 from orbitdb.text import concise, format_float, with_error
 
@@ -132,9 +132,6 @@ def _rows_of(
     return names, list(result.rows(names))
 
 
-_NEAR = 0.05
-
-
 def simulate(
     *,
     a: options.HalfLength = USUAL_A,
@@ -163,11 +160,8 @@ def simulate(
     The result is stored, and 'orbitdb lyapunov' shows it beside the averages over orbits. With --legwise,
     only the small part of lambda whose mean is not known exactly is sampled.
     """
-    from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
-    from orbitdb.trajectories.ensemble import LEAST
 
-    stadium = Stadium(a)
     if store:
         bring(db)
     catalogue = Catalogue(db, a, missing_ok=True)
@@ -183,14 +177,7 @@ def simulate(
             write_facts(_facts(means))
         else:
             output.write([*means.row()], [[*means.row().values()]])
-    off = (means.mean_free_path - stadium.mean_free_path) / means.mean_free_path_error
-    note(
-        f"the mean free path is {abs(off):.1f} standard errors {'above' if off > 0 else 'below'} "
-        f"pi Area / Perimeter = {stadium.mean_free_path:.6f}"
-    )
-    if abs(means.bounces - wanted) > _NEAR * wanted:
-        why = f"the errors need {LEAST} trajectories" if means.groups == LEAST else "trajectories differ much"
-        note(f"{means.bounces} bounces were followed, not {wanted}: {why}")
+    notes(means.notes(wanted))
 
 
 def _facts(means: "Reference") -> list[tuple[str, str]]:

@@ -7,10 +7,9 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import zip_longest
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -22,7 +21,6 @@ from orbitdb.errors import InputError
 from orbitdb.text import format_float, gigabytes, several
 
 if TYPE_CHECKING:
-    from orbitdb.answers.results import Births
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import Need
     from orbitdb.filling.workers import Workers
@@ -120,13 +118,36 @@ def written(periods: Sequence[int]) -> str:
     return f"{periods[0]}..{periods[-1]}" if gapless else ", ".join(map(str, periods))
 
 
-def announce(span: str, coming: "Need", db: Path, dry_run: bool) -> None:
-    """Write a note with the estimate for a large fill or sweep; with --dry-run, for any."""
+def planned(
+    periods: Sequence[int], a: float, solvers: Solvers, db: Path, dry_run: bool, **how: Any
+) -> "tuple[Catalogue, str, Need]":
+    """Return a catalogue, what is to be done in it, and what that takes (`Catalogue.estimate`).
+
+    A large fill or sweep is announced. With --dry-run, any is, and the command ends.
+    """
+    from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import LARGE, about
 
+    catalogue, span = Catalogue(db, a, missing_ok=True), f"p = {written(periods)} at a = {format_float(a)}"
+    coming = catalogue.estimate(periods, jobs=solvers.number(), **how)
     if dry_run or coming.words >= LARGE:
         room = f" and up to {gigabytes(coming.bytes)}" if coming.bytes else ""
         note(f"{span}: {several(coming.words, 'word')} to solve, {about(coming.seconds)}{room}, in {db}")
+    if dry_run:
+        raise typer.Exit
+    return catalogue, span, coming
+
+
+@contextmanager
+def working(
+    catalogue: "Catalogue", db: Path, solvers: Solvers, span: str, seconds: float
+) -> Iterator[dict[str, Any]]:
+    """Yield the arguments of `Catalogue.fill` and `.sweep` that say who solves and what shows progress."""
+    warn_of(catalogue)
+    with solvers.cluster() as workers:
+        bring(db)
+        with progress(span, expected=seconds) as shown:
+            yield {"jobs": solvers.jobs, "workers": workers, "progress": shown}
 
 
 def warn_of(catalogue: "Catalogue") -> None:
@@ -173,26 +194,12 @@ def fill(
     if asked is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
     periods = asked_periods(context, asked, first)
-    catalogue, span = Catalogue(db, a, missing_ok=True), f"p = {written(periods)} at a = {format_float(a)}"
-    coming = catalogue.estimate(periods, jobs=solvers.number(), method=method)
-    announce(span, coming, db, dry_run)
-    if dry_run:
-        return
+    catalogue, span, coming = planned(periods, a, solvers, db, dry_run, method=method)
     catalogue.check_room(coming)
     start = time.monotonic()
-    warn_of(catalogue)
-    with solvers.cluster() as workers:
-        bring(db)
-        with progress(span, expected=coming.seconds) as shown:
-            fills = catalogue.fill(
-                periods,
-                jobs=solvers.jobs,
-                workers=workers,
-                geometric=geometric,
-                method=method,
-                progress=shown,
-            )
-            pruned = catalogue.count(p=periods, status=Status.GEOMETRIC) if geometric else 0
+    with working(catalogue, db, solvers, span, coming.seconds) as work:
+        fills = catalogue.fill(periods, geometric=geometric, method=method, **work)
+        pruned = catalogue.count(p=periods, status=Status.GEOMETRIC) if geometric else 0
     n_t, n_c = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
     stored = f"{several(n_t, 'word')}, {several(n_c, 'orbit')}"
     stored += f", {several(pruned, 'geometrically pruned word')}" if geometric else ""
@@ -230,26 +237,16 @@ def sweep(
     time than a fill and hardly any disk space. If interrupted, it continues where it stopped; finished
     periods are skipped.
     """
-    from orbitdb.catalogue import Catalogue
-
     periods = asked_periods(context, asked, first)
-    catalogue, span = Catalogue(db, a, missing_ok=True), f"p = {written(periods)} at a = {format_float(a)}"
-    coming = catalogue.estimate(periods, jobs=solvers.number(), sweep=True)
-    announce(span, coming, db, dry_run)
-    if dry_run:
-        return
+    catalogue, span, coming = planned(periods, a, solvers, db, dry_run, sweep=True)
     start = time.monotonic()
-    warn_of(catalogue)
-    with solvers.cluster() as workers:
-        bring(db)
-        with progress(span, expected=coming.seconds) as shown:
-            sweeps = catalogue.sweep(periods, jobs=solvers.jobs, workers=workers, progress=shown)
+    with working(catalogue, db, solvers, span, coming.seconds) as work:
+        sweeps = catalogue.sweep(periods, **work)
     note(f"{span}: {several(coming.words, 'word')}, {time.monotonic() - start:.1f} s, in {db}")
     rows = [sweep.row() for sweep in sweeps]
     output.write(list(rows[0]), ([*row.values()] for row in rows))
 
 
-LIFE_COLUMNS = ("p", "word", "class_size", "born", "dies", "dies_error", "reborn")
 BIRTH_COLUMNS = ("p", "classes", "births", "deaths", "always", "least", "largest")
 
 
@@ -273,6 +270,7 @@ def births(
     smallest and the largest a of a birth. An interrupted run continues where it stopped. Without --p, you see
     the births that are stored.
     """
+    from orbitdb.answers.results import ENDED
     from orbitdb.catalogue import Catalogue
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
@@ -287,24 +285,15 @@ def births(
     with catalogue.snapshot():
         fills = [fill for fill in catalogue.birth_fills() if fill.p in periods]
         whole = [fill for fill in fills if fill.complete]
-        ended = [row for fill in whole for row in _ended(catalogue.births(fill.p))] if deaths else []
+        ended = [row for fill in whole for row in catalogue.births(fill.p).ended()] if deaths else []
     for p in [fill.p for fill in fills if not fill.complete]:
         note(f"births of period {p} are incomplete: 'orbitdb births --p {p}' completes them")
     if deaths and whole:
-        output.write(LIFE_COLUMNS, ended)
+        output.write(ENDED, ended)
         note(f"{len(ended)} lives end among {sum(fill.classes or 0 for fill in whole)} classes")
-    elif not output.write(LIFE_COLUMNS if deaths else BIRTH_COLUMNS, map(attrgetter(*BIRTH_COLUMNS), whole)):
+    elif not output.write(ENDED if deaths else BIRTH_COLUMNS, map(attrgetter(*BIRTH_COLUMNS), whole)):
         note(f"no births in {db}: 'orbitdb births --p 11' finds them")
         raise typer.Exit(1)
-
-
-def _ended(births: "Births") -> "Iterator[tuple[object, ...]]":
-    """Yield the lives of a period that end, by word, each with the beginning of the word's next life."""
-    lives = sorted(births, key=lambda life: (life.word, life.born or 0.0))
-    for life, following in zip_longest(lives, lives[1:]):
-        if life.dies is not None:
-            reborn = following.born if following and following.word == life.word else None
-            yield life.p, life.word, life.class_size, life.born, life.dies, life.dies_error, reborn
 
 
 def _fill_births(periods: Sequence[int], db: Path, jobs: int | None) -> None:

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orbitdb.arrays import Integers
+from orbitdb.errors import AlteredError, InputError
 from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import Connection
+from orbitdb.store.connection import DATABASE_ERRORS, Connection
 from orbitdb.store.contents import pruned_periods
 from orbitdb.store.fills import Fill, read_fills, read_sweeps
 from orbitdb.store.lives import counts_at, read_birth_fills
-from orbitdb.store.lookup import a_values
+from orbitdb.store.lookup import WITH_ORBITS, a_values, default_among
 from orbitdb.store.query import asks_of_lives, parse_order
 from orbitdb.store.selection import Selection, SelectionError, written_periods
 from orbitdb.store.where import CODES_ARE_TEXTS, check, reads_codes
@@ -33,6 +34,9 @@ _USUAL = 11
 
 _SHOWN = 6
 """Maximum number of values of a to list in a message."""
+
+_FEW = 4
+"""Maximum number of values of a, beside the default one, whose fills are described in one line."""
 
 LENGTHS = ("length", "quarter_length")
 """The lengths by which lists of orbits can be complete."""
@@ -132,12 +136,18 @@ def gaps(
 
 
 def gaps_of_periods(connection: Connection, chosen: Sequence[Selection], everywhere: bool) -> list[str]:
-    """Return the gaps at each a; where nothing is filled, only if periods are chosen and not `everywhere`."""
+    """Return the gaps at each a; where nothing is filled, only if periods are chosen and not `everywhere`.
+
+    A file that cannot be read has none: the checks of `Catalogue.verify` report it.
+    """
     lines = []
-    for selection in chosen:
-        if read_fills(connection, selection.a) or (selection.periods and not everywhere):
-            swept = [sweep.p for sweep in read_sweeps(connection, selection.a)]
-            lines += gaps(connection, selection, from_sweeps=swept)
+    try:
+        for selection in chosen:
+            if read_fills(connection, selection.a) or (selection.periods and not everywhere):
+                swept = [sweep.p for sweep in read_sweeps(connection, selection.a)]
+                lines += gaps(connection, selection, from_sweeps=swept)
+    except (AlteredError, TypeError, ValueError, *DATABASE_ERRORS):
+        return []
     return lines
 
 
@@ -338,3 +348,15 @@ def describe_fills(fills: Sequence[Fill], a: float) -> str:
     parts = [written_periods(whole)] if whole else []
     parts += [f"part of {written_periods(partial)}"] if partial else []
     return f"{' and '.join(parts) or 'no complete period'} at a = {format_float(a)}"
+
+
+def describe_contents(connection: Connection, a: float | None) -> str:
+    """Return one line that says which periods are filled, first at the given or at the default a."""
+    values = a_values(connection, WITH_ORBITS)
+    try:
+        own = [default_among(values) if a is None else a]
+    except InputError:
+        own = []
+    others = [other for other in values if other not in own]
+    parts = [describe_fills(read_fills(connection, at), at) for at in (*own, *others[:_FEW])]
+    return "; ".join(parts) + (f"; and at {len(others) - _FEW} more" if len(others) > _FEW else "")

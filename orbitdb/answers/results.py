@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib import import_module
+from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.billiard.stadium import Stadium
@@ -39,6 +40,9 @@ PROVED = ("h_lower", "h_upper", "h_proof")
 UP_TO_CUT = ("cut", "lambda_d_zeta", "lambda_c_zeta", "mean_path_zeta", "z0")
 _DRAWN = {"entropy": "h_zeta", "lyapunov": "lambda_d", "lambda_d": "lambda_d", "lambda_c": "lambda_c"}
 """The figures of a result, and the column that each draws."""
+
+ENDED = ("p", "word", "class_size", "born", "dies", "dies_error", "reborn")
+"""The columns of lives that end."""
 
 TRAJECTORIES = ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error")
 
@@ -160,6 +164,17 @@ class Births(Drawn, Rows[Life]):
     """
 
     _FIGURES = ("births",)
+
+    def ended(self) -> Iterator[tuple[Any, ...]]:
+        """Yield the lives that end, by word, as rows with the columns `ENDED`.
+
+        The last column is the beginning of the next life of the same word, or None.
+        """
+        lives = sorted(self, key=lambda life: (life.word, life.born or 0.0))
+        for life, following in zip_longest(lives, lives[1:]):
+            if life.dies is not None:
+                reborn = following.born if following and following.word == life.word else None
+                yield life.p, life.word, life.class_size, life.born, life.dies, life.dies_error, reborn
 
     def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
         if not self:

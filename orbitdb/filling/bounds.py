@@ -1,7 +1,7 @@
 """Find bounds on the topological entropy, and store them."""
 
 import math
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import replace
 from functools import partial
@@ -33,13 +33,16 @@ Limits = tuple[int | None, float, float]
 def find_bounds(
     path: Path | None,
     values: Sequence[float],
-    limits: Limits,
+    window: int | None,
+    width: float | None = None,
+    seconds: float | None = None,
     proofs: "list[Proof] | None" = None,
     jobs: int | None = None,
     tell: Tell = nobody,
-    asked: Mapping[str, Any] | None = None,
 ) -> Generator[EntropyBounds]:
     """Bound the topological entropy with longer and longer windows, and store the bounds.
+
+    Wrong limits are refused at once, before the first bounds are asked for.
 
     Parameters
     ----------
@@ -47,23 +50,39 @@ def find_bounds(
         The catalogue; None to store nothing.
     values : sequence of float
         Values of a; if there are several, they are divided among processes.
-    limits : (int or None, float, float)
-        See `Limits`.
+    window, width, seconds : optional
+        Limits that end the search, as in `Catalogue.prove_bounds`.
     proofs : list of Proof, optional
         If given, ball arithmetic checks each decision, and the proofs are appended to the list.
     jobs, tell : optional
-    asked : mapping, optional
-        Parameters to store with the run.
 
-    Yields
-    ------
-    EntropyBounds
+    Returns
+    -------
+    generator of EntropyBounds
         Bounds for each a and length of windows, in ascending order.
     """
+    limits = _limits(window, width, seconds)
+    parameters = {
+        "command": "bounds",
+        "a": values,
+        "window": limits[0],
+        "width": width,
+        "time": seconds,
+        "prove": proofs is not None,
+    }
     kind = DOUBLES if proofs is None else BALLS
-    parameters = {"command": "bounds", **(asked or {})}
+    return _stored(path, parameters, kind, _enclosed(values, limits, proofs, jobs, tell))
+
+
+def _stored(
+    path: Path | None,
+    parameters: dict[str, Any],
+    kind: str,
+    levels: Iterable[tuple[EntropyBounds, str | None]],
+) -> Generator[EntropyBounds]:
+    """Store bounds one by one, unless there is no path, and yield each one."""
     with nullcontext() if path is None else closing(Writer(path, parameters)) as writer:
-        for level, computed in _enclosed(values, limits, proofs, jobs, tell):
+        for level, computed in levels:
             if writer is not None:
                 keep_bounds(writer, level, kind, computed)
             yield replace(level, proof=kind)
@@ -94,7 +113,7 @@ def _enclosed(
             tell(done, len(tasks), f"a = {format_float(solved.levels[-1].a)}")
 
 
-def limits_of(window: int | None, width: float | None, seconds: float | None) -> Limits:
+def _limits(window: int | None, width: float | None, seconds: float | None) -> Limits:
     """Return the limits of a search for bounds, which stops at the first limit that it reaches.
 
     Raises `InputError` unless width and time are above 0, and the windows have 2 to 40 edges.

@@ -33,6 +33,9 @@ _TINY = 1e-150
 _RENORMALISE = 8
 _SETTLED = 8.0
 
+_NEAR = 0.05
+"""Share by which the number of bounces may differ from the wanted one without a note."""
+
 
 class Arcs(NamedTuple):
     """N trajectories just after a bounce on a semicircle; all arrays have shape (N,)."""
@@ -194,6 +197,25 @@ class Reference(Record):
             float(path[0] * per_bounce), float(path[1] * per_bounce),
             *counts,
         )  # fmt: skip
+
+    def notes(self, wanted: int) -> Iterator[str]:
+        """Yield how far the mean free path is from its exact value.
+
+        If far more or fewer than the `wanted` bounces were followed, another line says why.
+        """
+        exact = Stadium(self.a).mean_free_path
+        off = (self.mean_free_path - exact) / self.mean_free_path_error
+        yield (
+            f"the mean free path is {abs(off):.1f} standard errors {'above' if off > 0 else 'below'} "
+            f"pi Area / Perimeter = {exact:.6f}"
+        )
+        if abs(self.bounces - wanted) > _NEAR * wanted:
+            why = (
+                f"the errors need {LEAST} trajectories"
+                if self.groups == LEAST
+                else "trajectories differ much"
+            )
+            yield f"{self.bounces} bounces were followed, not {wanted}: {why}"
 
 
 def references(
