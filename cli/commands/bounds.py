@@ -1,6 +1,6 @@
 """``orbitdb bounds``: proved bounds on the topological entropy."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from functools import partial
 from operator import attrgetter
@@ -85,7 +85,6 @@ def bounds(
     a = named(asked) or (USUAL_A,)
     if len(a) == 1:
         options.refuse_idle(context, "at a single a", "jobs")
-    levels: list[EntropyBounds] = []
     proofs: list[Proof] | None = [] if prove else None
     catalogue = Catalogue(db, missing_ok=True)
     search = partial(
@@ -93,24 +92,33 @@ def bounds(
     )
     search(store=False)  # wrong limits must leave no file
     why_not = _why_not_kept(catalogue, db, store)
-    try:
-        with (
-            progress("windows") as shown,
-            closing(search(store=why_not is None, progress=shown)) as steps,
-        ):
-            levels.extend(steps)  # one by one, so that after Ctrl-C the earlier ones are still shown
-    finally:
-        last = list({level.a: level for level in levels}.values())
-        names = COLUMNS[:-1] if output.table else COLUMNS  # in a table, a note says how they are proved
-        output.write(names, map(attrgetter(*names), levels if len(a) == 1 else last))
-        if proofs is not None:
-            note(balls_of(proofs))
+    last = _show(partial(search, store=why_not is None), len(a) > 1, proofs, output)
     if why_not:
         note(f"not saved: {why_not}")
     if width is not None and (wide := [level.width for level in last if level.width > width]):
         where = f" at {len(wide)} of {len(last)} values of a" if len(a) > 1 else ""
         note(f"the bounds are {max(wide):.1e} apart, more than {width:g}{where}: {_WHY}")
         raise typer.Exit(1)
+
+
+def _show(
+    search: "Callable[..., Generator[EntropyBounds]]",
+    many: bool,
+    proofs: "list[Proof] | None",
+    output: Output,
+) -> "list[EntropyBounds]":
+    """Search, and write the bounds at a single a, or the last ones at each of many; return the last ones."""
+    levels: list[EntropyBounds] = []
+    try:
+        with progress("windows") as shown, closing(search(progress=shown)) as steps:
+            levels.extend(steps)  # one by one, so that after Ctrl-C the earlier ones are still shown
+    finally:
+        last = list({level.a: level for level in levels}.values())
+        names = COLUMNS[:-1] if output.table else COLUMNS  # in a table, a note says how they are proved
+        output.write(names, map(attrgetter(*names), last if many else levels))
+        if proofs is not None:
+            note(balls_of(proofs))
+    return last
 
 
 def balls_of(proofs: "Sequence[Proof]") -> str:

@@ -5,20 +5,22 @@ from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from itertools import chain
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.grids import Grid, many_a
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_by_bounce
 from orbitdb.cli.output import note, notes, progress
 from orbitdb.cli.reading import asked_columns, reading
 from orbitdb.columns import WRITTEN, Row
 from orbitdb.errors import InputError
 from orbitdb.progress import Tell
 from orbitdb.text import gigabytes, several
+
+if TYPE_CHECKING:
+    from orbitdb.answers.listing import Listing
 
 EXAMPLES = (
     "export orbits.parquet --status orbit",
@@ -103,30 +105,39 @@ def export(
     if bounces:
         options.refuse_idle(context, "with --bounces", "coordinates")
     names = asked_columns(columns, ("code",) if bounces else WRITTEN, a)
-    last = _PLACED if bounces else (COORDINATES,) if coordinates else ()
+    names += _PLACED if bounces else (COORDINATES,) if coordinates else ()
     with reading(db, a, choice) as (catalogue, stadiums):
-        listing = catalogue.rows(stadiums, columns=(*names, *last), order=order, limit=limit, classes=classes)
-        with progress("sorting"):
-            said, absent = listing.notes, listing.absent
-        notes(f"{text}: nothing is written" if text in absent else text for text in said)
-        rows = bounce_by_bounce(iter(listing)) if bounces else iter(listing)
-        names += BOUNCE_COLUMNS if bounces else last
-        first = next(rows, None)
-        if first is None:
-            if not listing.empty:
-                note("these words have no bounces; only orbits do (--status orbit): nothing is written")
-            raise typer.Exit(1)
-        with progress("writing", to_stdout=file is None) as shown:
-            written = _watched(chain([first], rows), shown)
-            if file is None:
-                files.TEXT_WRITERS[kind](sys.stdout, names, written)
-            else:
-                count = files.write_file(file, kind, names, written, listing.provenance(many_a(a)))
+        listing = catalogue.rows(stadiums, columns=names, order=order, limit=limit, classes=classes)
+        count = _write(listing, bounces, file, kind, many_a(a))
         complete = listing.complete
     for text in complete:
         note(text)
     if file is not None:
         note(f"{several(count, 'row')} written: {listing.describe()}, in {file}")
+
+
+def _write(listing: "Listing", bounces: bool, file: Path | None, kind: str, many: bool) -> int:
+    """Write the rows to a file, or to stdout; return their number, or exit if there are none."""
+    from orbitdb.answers import export as files
+
+    with progress("sorting"):
+        said, absent = listing.notes, listing.absent
+    notes(f"{text}: nothing is written" if text in absent else text for text in said)
+    names, rows = listing.columns, iter(listing)
+    if bounces:
+        from orbitdb.orbits.bounces import BOUNCE_COLUMNS, bounce_by_bounce
+
+        names, rows = names[: -len(_PLACED)] + BOUNCE_COLUMNS, bounce_by_bounce(rows)
+    first = next(rows, None)
+    if first is None:
+        if not listing.empty:
+            note("these words have no bounces; only orbits do (--status orbit): nothing is written")
+        raise typer.Exit(1)
+    with progress("writing", to_stdout=file is None) as shown:
+        written = _watched(chain([first], rows), shown)
+        if file is None:
+            return files.TEXT_WRITERS[kind](sys.stdout, names, written)
+        return files.write_file(file, kind, names, written, listing.provenance(many))
 
 
 def _copy(file: Path, force: bool, db: Path) -> None:

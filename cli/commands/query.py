@@ -149,7 +149,7 @@ def _show_words(
 
 
 def _show_bounces(keys: Sequence[str], orbits: "Sequence[Orbit]", many: bool, output: Output) -> int:
-    from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS, bounce_by_bounce
+    from orbitdb.orbits.bounces import BOUNCE_COLUMNS, bounce_by_bounce
 
     shown = (*keys, "a", "code", "coordinates")
     rows = ([_value(orbit, key) for key in shown] for orbit in orbits)

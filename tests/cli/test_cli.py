@@ -34,8 +34,8 @@ def test_every_column_of_every_command_is_explained(cli):
     from orbitdb.cli.commands.levels import COLUMNS as LEVEL_KEYS
     from orbitdb.cli.commands.query import OF_A_WORD
     from orbitdb.cli.commands.spectrum import PEAKS
-    from orbitdb.cli.orbit_facts import BOUNCE_COLUMNS
     from orbitdb.columns import OF_ENSEMBLES
+    from orbitdb.orbits.bounces import BOUNCE_COLUMNS
     from orbitdb.quantum.length_spectrum import COLUMNS as SPECTRUM_KEYS
     from orbitdb.quantum.length_spectrum import TERMS
     from orbitdb.quantum.level_statistics import Statistics

@@ -11,10 +11,11 @@ from rich.text import Text
 from textual import events
 from textual.widgets import RichLog
 
-from orbitdb.cli.orbit_facts import bounce_rows, facts
+from orbitdb.cli.orbit_facts import facts
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.screens import SCROLLING, Scrolling
 from orbitdb.cli.tui.stored import Certificate, Partners
+from orbitdb.orbits.bounces import bounce_rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.symmetry import ELEMENTS, MIRROR_X, MIRROR_Y, REVERSE, images_of
