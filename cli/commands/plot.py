@@ -12,7 +12,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
-from orbitdb.cli.grids import Asked, many_a, named
+from orbitdb.cli.grids import Asked, Grid, many_a, named
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import code_text, note, notes, progress
 from orbitdb.cli.reading import given_codes, primitive, reading, solving
@@ -112,30 +112,12 @@ def plot(
     it in a magnetic field. wave and husimi draw one quantum level. The other figures show a subset of the
     orbits or levels; lyapunov, lengths and symbol-plane can compare several a.
     """
-    from orbitdb.answers.export import FIGURES as FORMATS
-    from orbitdb.answers.export import STDOUT, check_target, complete, form_of
-
-    to_stdout = output == STDOUT
-    if to_stdout:
-        options.refuse_idle(context, "on stdout", "force")
-    else:
-        check_target(output, force)
-    ending, inches = form_of(output, form, FORMATS), _size(size)
     figure = figure_of(kind, [name for name, value in context.params.items() if value])
-    asked = f"with {_flag(figure.when[0])}" if figure.when else f"in plot {kind}"
-    options.takes_only(context, asked, *_ALWAYS, *_options_of(figure))
-    if "a" not in figure.takes and figure.source == "orbit":
-        options.refuse_idle(context, asked, "db")
-    if given.levels is None and "levels" in figure.takes:
-        options.refuse_idle(context, "without --levels", *OF_FILE)
-    if many_a(a) and not figure.several_a:
-        *others, last = (each.name for each in FIGURES if each.several_a and not each.when)
-        several_a = f"{', '.join(others)} and {last}"
-        raise InputError(f"--a gives several values: plot {kind} draws one a; {several_a} draw several")
+    ending, inches = _target(context, output, form, force), _size(size)
+    _refuse_others(context, figure, given, a)
     if choice.status is None:
         choice = replace(choice, status=figure.status)
     style = load("orbitdb.plots.style", "plot", "plot")  # late, because matplotlib is slow to import
-
     codes = list(given_codes(words, code)) if "words" in figure.takes else []
     values = {
         "limit": limit,
@@ -152,14 +134,47 @@ def plot(
             else:
                 made = _of_words(figure, codes, values, a, db)
     except EmptyFigureError as error:
-        for line in error.lines:
-            note(line)
+        notes(error.lines)
         raise typer.Exit(1) from None
     notes(made.notes)
     if title is not None:
         style.entitle(made, title)
+    _write(made, output, ending, dpi)
+
+
+def _target(context: typer.Context, output: Path, form: str | None, force: bool) -> str:
+    """Return the format of the figure; refuse a file that must not be written."""
+    from orbitdb.answers.export import FIGURES, STDOUT, check_target, form_of
+
+    if output == STDOUT:
+        options.refuse_idle(context, "on stdout", "force")
+    else:
+        check_target(output, force)
+    return form_of(output, form, FIGURES)
+
+
+def _refuse_others(context: typer.Context, figure: Figure, given: GivenLevels, a: list[Grid] | None) -> None:
+    """Refuse the given options that the figure does not take, and several a if it draws one."""
+    asked = f"with {_flag(figure.when[0])}" if figure.when else f"in plot {figure.name}"
+    options.takes_only(context, asked, *_ALWAYS, *_options_of(figure))
+    if "a" not in figure.takes and figure.source == "orbit":
+        options.refuse_idle(context, asked, "db")
+    if given.levels is None and "levels" in figure.takes:
+        options.refuse_idle(context, "without --levels", *OF_FILE)
+    if many_a(a) and not figure.several_a:
+        *others, last = (each.name for each in FIGURES if each.several_a and not each.when)
+        several_a = f"{', '.join(others)} and {last}"
+        raise InputError(
+            f"--a gives several values: plot {figure.name} draws one a; {several_a} draw several"
+        )
+
+
+def _write(made: "Picture", output: Path, ending: str, dpi: int) -> None:
+    from orbitdb.answers.export import STDOUT, complete
+    from orbitdb.plots import style
+
     label = str(made.get_label())
-    if to_stdout:
+    if output == STDOUT:
         sys.stdout.buffer.write(style.as_bytes(made, ending, label, dpi))
         return
     with progress("drawing"), complete(output) as draft:
