@@ -94,6 +94,13 @@ def reading(
 
 
 @contextmanager
+def reading_at(db: Path, asked: float | None) -> "Iterator[tuple[Catalogue, float]]":
+    """Open a catalogue, and yield a snapshot of it with the given or the default a."""
+    with reading(db, asked, SelectionOptions()) as (catalogue, (chosen,)):
+        yield catalogue, chosen.a
+
+
+@contextmanager
 def solving(db: Path, asked: Asked) -> "Iterator[tuple[Catalogue, tuple[float, ...]]]":
     """Yield a snapshot of a catalogue that need not exist, and the values of a at which to look up words.
 

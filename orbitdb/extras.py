@@ -40,15 +40,17 @@ def load(module: str, use: str, extra: str) -> Any:
         ) from None
 
 
-def data_frame(values: Any, names: Sequence[str] | None = None) -> "pandas.DataFrame":
+def data_frame(values: Any, names: Sequence[str] | None = None, **attributes: str) -> "pandas.DataFrame":
     """Return a pandas data frame, made from a mapping of columns or from rows with the given names.
 
-    Numbers are NaN where they are missing, so that no column of numbers has the type ``object``.
+    Numbers are NaN where they are missing, so that no column of numbers has the type ``object``. The
+    attributes, such as what was chosen, are those of ``DataFrame.attrs``.
     """
     frame: pandas.DataFrame = load("pandas", "to_pandas()", "pandas").DataFrame(values, columns=names)
     for name, column in frame.items():
         if column.dtype == object and all(value is None or isinstance(value, Real) for value in column):
             frame[name] = column.astype(float)
+    frame.attrs |= attributes
     return frame
 
 

@@ -10,9 +10,9 @@ from typing import Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.options import SelectionOptions, count_option, number_option
+from orbitdb.cli.options import count_option, number_option
 from orbitdb.cli.output import ON_SCREEN, Output, code_text, not_shown, note, notes, write_facts
-from orbitdb.cli.reading import reading, solving
+from orbitdb.cli.reading import reading_at, solving
 from orbitdb.errors import InputError
 from orbitdb.text import printable, real
 
@@ -179,11 +179,11 @@ def _show_length(
 ) -> int:
     """Write the stored orbits of a given length; return the number of rows."""
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
-    with reading(db, a, SelectionOptions()) as (catalogue, (chosen,)):
-        orbits = catalogue.with_length(length, tolerance=tolerance, a=chosen.a)
+    with reading_at(db, a) as (catalogue, at):
+        orbits = catalogue.with_length(length, tolerance=tolerance, a=at)
     notes(orbits.notes)
     rows = (
-        [chosen.a if name == "a" else getattr(orbit, name) for name in names]
+        [at if name == "a" else getattr(orbit, name) for name in names]
         for orbit in orbits[: output.most(limit)]
     )
     count = output.write(names, rows)

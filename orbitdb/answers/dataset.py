@@ -133,27 +133,39 @@ def write_dataset(
     _check(folder, force, need)
     selection = chosen[0].describe(sorted({subset.selection.a for subset, _ in subsets}), total)
     orbits = (_orbits(connection, subset, fill.words) for subset, fill in subsets)
-    resources, done = list[Resource](), 0
+    others = _others(connection, chosen, {fill.p for _, fill in subsets})
     with complete_folder(folder) as draft:
-        (draft / "orbits").mkdir()
-        for made in chain(orbits, _others(connection, chosen, {fill.p for _, fill in subsets})):
-            tell(done, total, made.path)
-            rows = _write(draft / made.path, made)
-            if rows or made.words:
-                resources.append(_described(draft, made, rows))
-            else:
-                (draft / made.path).unlink()
-            done += rows if made.words else 0
+        resources = _write_tables(draft, chain(orbits, others), total, tell)
         version = f"1.0.0+{hashlib.sha256(json.dumps(resources).encode()).hexdigest()[:12]}"
-        for name in _TEXTS:
-            text = (files(__package__) / f"dataset-{name}").read_text(encoding="utf-8")
-            for mark, value in (("SELECTION", selection), ("VERSION", version), ("PROGRAM", __version__)):
-                text = text.replace(f"@{mark}@", value)
-            (draft / name).write_text(text, encoding="utf-8")
-            resources.append(_file(draft, name))
+        resources += _write_texts(draft, selection, version)
         package = _package(connection, selection, version, resources)
         (draft / PACKAGE).write_text(json.dumps(package, indent=1) + "\n", encoding="utf-8")
     return Dataset(folder, total, selection, tuple(notes))
+
+
+def _write_tables(draft: Path, tables: Iterable[TableFile], total: int, tell: Tell) -> list[Resource]:
+    """Write tables, except empty ones that are not about orbits; return the descriptions of the files."""
+    resources, done = list[Resource](), 0
+    (draft / "orbits").mkdir()
+    for made in tables:
+        tell(done, total, made.path)
+        rows = _write(draft / made.path, made)
+        if rows or made.words:
+            resources.append(_described(draft, made, rows))
+        else:
+            (draft / made.path).unlink()
+        done += rows if made.words else 0
+    return resources
+
+
+def _write_texts(draft: Path, selection: str, version: str) -> list[Resource]:
+    """Write the README, the licence and the citation; return the descriptions of the files."""
+    for name in _TEXTS:
+        text = (files(__package__) / f"dataset-{name}").read_text(encoding="utf-8")
+        for mark, value in (("SELECTION", selection), ("VERSION", version), ("PROGRAM", __version__)):
+            text = text.replace(f"@{mark}@", value)
+        (draft / name).write_text(text, encoding="utf-8")
+    return [_file(draft, name) for name in _TEXTS]
 
 
 def _orbits(connection: Connection, subset: Any, words: int) -> TableFile:

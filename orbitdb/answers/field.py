@@ -147,9 +147,8 @@ class FieldOrbits(Drawn):
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a pandas data frame (extra ``pandas``) with the columns of the JSON output."""
-        frame = data_frame({name: getattr(self, name) for name in COLUMNS})
-        frame.attrs |= {"selection": self.selection.describe()}
-        return frame
+        columns = {name: getattr(self, name) for name in COLUMNS}
+        return data_frame(columns, selection=self.selection.describe())
 
     def counts(self) -> Result:
         """Return the numbers of orbits by period, and the entropy K_0, as in the paper's Table 1.

@@ -196,13 +196,7 @@ def read_spectrum(
     parity: Parity | str | None = None,
 ) -> Spectrum:
     """Return the length spectrum (`Catalogue.spectrum`)."""
-    points = check_int("points", points, 0)
-    ends = as_floats(lengths, f"lengths {lengths!r:.40}: give a range such as (1, 12)")
-    if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
-        raise InputError(
-            f"lengths {lengths!r:.40}, points {points}: give a range within 0..{_LONGEST}, and 2 to "
-            f"{_MOST_POINTS} points"
-        )
+    x = _lengths(lengths, check_int("points", points, 0))
     if k_max is not None and not 1 <= k_max <= _LARGEST_K_MAX:
         raise InputError(f"k_max {k_max:g}: give 1 to {_LARGEST_K_MAX}")
     stadium, of = Stadium(a), one_parity(parity)
@@ -217,7 +211,7 @@ def read_spectrum(
             f"the levels end at k = {end:.6g}: give a smaller k_max than {k_max:g}, or more levels"
         )
     end = end if k_max is None else k_max
-    x, longest = np.linspace(float(ends[0]), float(ends[1]), points), float(ends[1]) + reach(end)
+    longest = float(x[-1]) + reach(end)
     terms = orbit_terms(classes, longest, of)
     orbits = of_terms(terms, x, end) + of_family(stadium, x, end, of)
     quantum = None if compared is None else of_levels(compared[0], x, end, stadium, of)
@@ -228,6 +222,17 @@ def read_spectrum(
     both = Terms._make(map(np.concatenate, parts))
     judged = () if given is None else tuple(notes_on_missing_levels(connection, stadium.a, given, of))
     return Spectrum(stadium.a, of, end, x, orbits, quantum, complete, both, codes, judged)
+
+
+def _lengths(lengths: "ArrayLike", points: int) -> Floats:
+    """Return evenly spaced lengths, given their range; raise `InputError` if it is no valid range."""
+    ends = as_floats(lengths, f"lengths {lengths!r:.40}: give a range such as (1, 12)")
+    if ends.shape != (2,) or not 0 <= ends[0] < ends[1] <= _LONGEST or not 2 <= points <= _MOST_POINTS:
+        raise InputError(
+            f"lengths {lengths!r:.40}, points {points}: give a range within 0..{_LONGEST}, and 2 to "
+            f"{_MOST_POINTS} points"
+        )
+    return np.linspace(float(ends[0]), float(ends[1]), points)
 
 
 def assess_levels(
@@ -251,14 +256,7 @@ def assess_levels(
     of = one_parity(parity)
     if k is None and (window or fit_radius):
         raise InputError("a window, or a list whose radius is to be fitted, needs its levels: give them")
-    if not 0 <= noise <= _MOST_NOISE:
-        raise InputError(
-            f"noise {noise:g}: give the scatter of the levels in mean spacings, 0 to {_MOST_NOISE:g}"
-        )
-    if radius_error is not None and not 0 < radius_error <= _LARGEST_ERROR:
-        raise InputError(
-            f"the relative error of the radius is {radius_error:g}: give up to {_LARGEST_ERROR:g}"
-        )
+    _check_errors(noise, radius_error)
     if k is None:
         k = levels_from_zero(connection, stadium.a, of).k
     once, twins = without_twins(as_levels(k), stadium, of)
@@ -280,6 +278,18 @@ def assess_levels(
             f"the {lowest} lowest levels are missing: a list that begins higher up is a window, --window"
         )
     return replace(assessment, notes=tuple(notes))
+
+
+def _check_errors(noise: float, radius_error: float | None) -> None:
+    """Raise `InputError` unless the scatter of the levels and the error of the radius are small enough."""
+    if not 0 <= noise <= _MOST_NOISE:
+        raise InputError(
+            f"noise {noise:g}: give the scatter of the levels in mean spacings, 0 to {_MOST_NOISE:g}"
+        )
+    if radius_error is not None and not 0 < radius_error <= _LARGEST_ERROR:
+        raise InputError(
+            f"the relative error of the radius is {radius_error:g}: give up to {_LARGEST_ERROR:g}"
+        )
 
 
 def _on_twins(pairs: int, levels: int) -> str:

@@ -188,9 +188,7 @@ class Listing:
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the rows as a data frame (extra ``pandas``)."""
-        frame = data_frame(list(self), self.columns)
-        frame.attrs |= {"selection": self.describe()}
-        return frame
+        return data_frame(list(self), self.columns, selection=self.describe())
 
     def __repr__(self) -> str:
         return f"<{self.describe()}: {', '.join(self.columns)}>"

@@ -105,9 +105,7 @@ class Result:
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a pandas data frame (extra ``pandas``) with the columns of the JSON output."""
-        frame = data_frame(dict(self.columns))
-        frame.attrs |= {"selection": self.selection.describe()}
-        return frame
+        return data_frame(dict(self.columns), selection=self.selection.describe())
 
     def plot(self, kind: str | None = None, ax: "Axes | None" = None) -> "Axes":
         """Plot averages by period, as in the paper's Figs. 5 and 6 (extra ``plot``).

@@ -16,7 +16,7 @@ from orbitdb.magnetic.action import ArcPaths
 from orbitdb.magnetic.status import IN_FIELD, FieldStatus
 from orbitdb.orbits.solve import solve_word
 from orbitdb.plots.paths import draw_stadium
-from orbitdb.plots.style import BLUE, GREY, INKS, PURPLE, Picture, figure, short
+from orbitdb.plots.style import BLUE, GREY, INKS, PURPLE, Picture, closed, figure, short
 from orbitdb.symbols.words import least_rotation
 from orbitdb.text import format_float, shortened
 
@@ -47,8 +47,7 @@ def draw_arcs(ax: Axes, stadium: Stadium, paths: ArcPaths, straight: Floats | No
     draw_stadium(ax, stadium, small=False)
     arcs = points_on_arcs(paths)
     if straight is not None:
-        closed = np.concatenate([straight, straight[:1]])
-        ax.plot(*closed.T, "--", color=GREY, linewidth=1, zorder=3, label="without the field")
+        ax.plot(*closed(straight).T, "--", color=GREY, linewidth=1, zorder=3, label="without the field")
     ax.plot(*arcs.reshape(-1, 2).T, color=BLUE, linewidth=1.3, zorder=4, label="in the field")
     ax.plot(paths.x[:, 0], paths.y[:, 0], "o", color=BLUE, markersize=4, zorder=5)
     for arc in arcs:

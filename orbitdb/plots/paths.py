@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.plots.style import BLUE, FAINT, INK, SMALL, Colours, look, short, wrapped
+from orbitdb.plots.style import BLUE, FAINT, INK, SMALL, Colours, closed, inches_wide, look, short, wrapped
 from orbitdb.plots.svg import MOST_LABELLED, symbol_labels
 
 _MOST_MARKED = 60
@@ -33,13 +33,12 @@ def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, symbols: str, colour:
     Up to `MOST_LABELLED` bounces carry their symbols. The dot of the first is open, so that one can read the
     code from there on, along the arrows.
     """
-    small = ax.get_window_extent().width < _SMALL * ax.figure.dpi
+    small = inches_wide(ax) < _SMALL
     font = rcParams["font.size"]
     away, size = (6, SMALL) if small else (1.2 * font, 0.9 * font)
     draw_stadium(ax, stadium, small)
-    closed = np.concatenate([points, points[:1]])
     many = len(points) > _MOST_MARKED
-    ax.plot(*closed.T, color=colour, linewidth=0.6 if many or small else 1.3, zorder=3)
+    ax.plot(*closed(points).T, color=colour, linewidth=0.6 if many or small else 1.3, zorder=3)
     if not many:
         ax.plot(
             *points.T,
@@ -61,7 +60,7 @@ def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, symbols: str, colour:
 
 def draw_path(ax: Axes, stadium: Stadium, points: Floats, colour: str = BLUE) -> None:
     """Draw the path of a trajectory through its bounces, shape (T, 2), in the stadium."""
-    draw_stadium(ax, stadium, ax.get_window_extent().width < _SMALL * ax.figure.dpi)
+    draw_stadium(ax, stadium, inches_wide(ax) < _SMALL)
     ax.plot(*points.T, color=colour, linewidth=0.6 if len(points) > _MOST_MARKED else 1.3, zorder=3)
     ax.plot(*points[0], "o", color=colour, markersize=4, zorder=4)
 
@@ -105,7 +104,7 @@ def mark_stadium(ax: Axes, stadium: Stadium) -> None:
     ax.set(xlabel="$x/R$", ylabel="$y/R$", yticks=[-1, 0, 1])
     ends, walls = [-a - 1, 0, a + 1], [-a - 1, -a, 0, a, a + 1]
     labels = {x: f"{x:.3f}".rstrip("0").rstrip(".").replace("-", "\N{MINUS SIGN}") for x in walls}
-    inches = min(a, 1) / np.ptp(ax.get_xlim()) * ax.get_window_extent().width / ax.figure.dpi
+    inches = min(a, 1) / np.ptp(ax.get_xlim()) * inches_wide(ax)
     ticks = walls if inches > _DIGIT * (max(map(len, labels.values())) + 1) else ends
     ax.set_xticks(ticks, [labels[x] for x in ticks])
 
@@ -135,7 +134,7 @@ def draw_titled(draw: Callable[..., object], what: Sequence[Any], title: str, ax
         drawn = draw(axes, *what)
         if ax is None and isinstance(drawn, Colours):
             drawn.add_bar(axes)
-        room = axes.get_window_extent().width / axes.figure.dpi
+        room = inches_wide(axes)
         shown = axes.set_title(wrapped(title, room), pad=20 if draw.__name__ in _NAMED_ABOVE else None)
         if room < _SMALL:
             shown.set_fontsize(SMALL)
@@ -182,18 +181,18 @@ def draw_sheet(ax: Axes, orbits: Sequence[Orbit]) -> None:
     rows = math.ceil(len(orbits) / columns)
     unit = min(box.width / (columns * wide), box.height / (rows * _HIGH)) / ax.figure.dpi
     lines = min(int((_HIGH - 2.2) * unit / _LABEL_LINE), 2 if wide * unit > _LABEL else 1)
-    outline, walls, closed = Stadium(a).outline(24), [], []
+    outline, walls, drawn = Stadium(a).outline(24), [], []
     for k, orbit in enumerate(orbits):
         assert orbit.points is not None
         place = x, y = k % columns * wide, -(k // columns) * _HIGH
         walls.append(outline + place)
-        closed.append(np.concatenate([orbit.points, orbit.points[:1]]) + place)
+        drawn.append(closed(orbit.points) + place)
         ax.annotate(
             "\n".join(_label(orbit)[:lines]), (x, y - 1.12), ha="center", va="top", fontsize=SMALL, color=INK
         )
     ax.add_collection(LineCollection(walls, colors=INK, linewidths=0.7))
-    ax.add_collection(LineCollection(closed, colors=BLUE, linewidths=0.8, joinstyle="round"))
-    ax.plot(*np.concatenate([path[:-1] for path in closed]).T, "o", color=BLUE, markersize=1.6)
+    ax.add_collection(LineCollection(drawn, colors=BLUE, linewidths=0.8, joinstyle="round"))
+    ax.plot(*np.concatenate([path[:-1] for path in drawn]).T, "o", color=BLUE, markersize=1.6)
     ax.set(xlim=(-wide / 2, (columns - 0.5) * wide), ylim=(-(rows - 1) * _HIGH - 2.15, 1.25), aspect="equal")
     ax.axis("off")
 

@@ -14,7 +14,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.noted import gaps, nothing
 from orbitdb.plots.orbits import with_paths
-from orbitdb.plots.style import BLUE, GREY, Colours, Picture, figure, short
+from orbitdb.plots.style import BLUE, GREY, Colours, Picture, figure, inches_wide, short
 from orbitdb.store.selection import Selection
 from orbitdb.text import format_float
 
@@ -82,7 +82,7 @@ def draw_walls(ax: Axes, stadium: Stadium) -> None:
     joints = np.cumsum([0, 2 * stadium.a, np.pi, 2 * stadium.a, np.pi])
     for joint in joints[1:-1]:
         ax.axvline(joint, color=GREY, linewidth=0.8)
-    inches = ax.get_window_extent().width / ax.figure.dpi
+    inches = inches_wide(ax)
     for middle, name in zip((joints[1:] + joints[:-1]) / 2, _PARTS, strict=True):
         name = name if inches > _WIDE else name.partition(":")[0]
         ax.annotate(name, (middle, 1.02), xycoords=("data", "axes fraction"), ha="center", color=GREY)

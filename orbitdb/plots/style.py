@@ -8,12 +8,14 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 from matplotlib import rc_context, rcParams
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.textpath import TextPath
 
+from orbitdb.arrays import Floats
 from orbitdb.symbols.words import run_notation
 from orbitdb.text import shortened
 
@@ -83,6 +85,16 @@ def look(width: float = 6.4) -> Iterator[None]:
     """Set the style of figures of a width, in inches, for everything drawn within the context."""
     with rc_context(_LOOK if width >= _NARROW else _LOOK_NARROW):
         yield
+
+
+def inches_wide(ax: Axes) -> float:
+    """Return the width of axes in inches."""
+    return ax.get_window_extent().width / ax.figure.dpi
+
+
+def closed(points: Floats) -> Floats:
+    """Return the points of a closed path, shape (p, 2), with the first one again at the end."""
+    return np.concatenate([points, points[:1]])
 
 
 class Colours(NamedTuple):

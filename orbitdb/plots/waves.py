@@ -10,7 +10,7 @@ from matplotlib.path import Path
 
 from orbitdb.plots.paths import mark_stadium
 from orbitdb.plots.phase_space import draw_walls
-from orbitdb.plots.style import INK, ORANGE, Colours, Picture, figure, short
+from orbitdb.plots.style import INK, ORANGE, Colours, Picture, closed, figure, short
 from orbitdb.text import format_float
 
 if TYPE_CHECKING:
@@ -58,8 +58,7 @@ def draw_wave(ax: Axes, wave: "Wave", orbit: "Orbit | None" = None) -> Colours:
     (outline,) = ax.plot(*wave.stadium.outline().T, color=INK, linewidth=1.5)
     image.set_clip_path(Path(outline.get_xydata()), ax.transData)
     if orbit is not None and orbit.points is not None:
-        closed = np.concatenate([orbit.points, orbit.points[:1]])
-        ax.plot(*closed.T, "--", color=ORANGE, linewidth=0.8)
+        ax.plot(*closed(orbit.points).T, "--", color=ORANGE, linewidth=0.8)
         ax.plot(*orbit.points.T, "o", color=ORANGE, markersize=0.6 * rcParams["lines.markersize"])
     ax.grid(visible=False)
     ax.spines[:].set_visible(False)
