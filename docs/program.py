@@ -222,8 +222,10 @@ def _directive(name: str) -> str:
         ours = [base for base in thing.__mro__ if base.__module__.startswith("orbitdb.")]
         special = [each for each in _SPECIAL if any(each in vars(base) for base in ours)]
         lines = [f".. autoclass:: {path}", "   :members:"]
-        lines += ["   :inherited-members:"] if len(ours) > 1 else []
-        lines += ["   :undoc-members:"] if issubclass(thing, Enum) else []
+        if issubclass(thing, Enum):  # its base is a str, whose methods say nothing about it
+            lines.append("   :undoc-members:")
+        elif len(ours) > 1:
+            lines.append("   :inherited-members:")
         lines += [f"   :special-members: {', '.join(special)}"] if special else []
     return "\n".join(["```{eval-rst}", *lines, "```"])
 

@@ -37,7 +37,13 @@ from orbitdb.text import Phrased
 
 
 class Status(Phrased):
-    """The status of a word."""
+    """The status of a word.
+
+    Attributes
+    ----------
+    sentence : str
+        The status as a phrase.
+    """
 
     ORBIT = "orbit", "an unstable periodic orbit"
     GEOMETRIC = "geometric", "geometrically pruned: no orbit at any a"
