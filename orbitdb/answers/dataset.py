@@ -133,9 +133,10 @@ def write_dataset(
     _check(folder, force, need)
     selection = chosen[0].describe(sorted({subset.selection.a for subset, _ in subsets}), total)
     orbits = (_orbits(connection, subset, fill.words) for subset, fill in subsets)
-    others = _others(connection, chosen, {fill.p for _, fill in subsets})
+    filled = {fill.p for _, fill in subsets}
     with complete_folder(folder) as draft:
-        resources = _write_tables(draft, chain(orbits, others), total, tell)
+        tables = chain(orbits, _others(connection, chosen, filled))
+        resources = _write_tables(draft, tables, total, tell)
         version = f"1.0.0+{hashlib.sha256(json.dumps(resources).encode()).hexdigest()[:12]}"
         resources += _write_texts(draft, selection, version)
         package = _package(connection, selection, version, resources)

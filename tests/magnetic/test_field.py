@@ -185,6 +185,7 @@ BAD = {
     "kappa = nan": ["field", "0123", "--kappa", "nan"],
     "'weak' is not a number": ["field", "0123", "--kappa", "weak"],
     "a grid has 2 to 1000 values": ["field", "0123", "--kappa", "0.2:0.1:5"],
+    "the ends are too close for 5 values": ["field", "0123", "--kappa", "0.1:0.1000001:5"],
     "FROM:TO:COUNT such as 0:0.3:31": ["field", "0123", "--kappa", "0.1:0.2"],
     "02 cannot be followed into a field: the bouncing-ball family": ["field", "02", "--kappa", "0.1"],
     "0011 cannot be followed into a field: geometrically pruned": ["field", "0011", "--kappa", "0.1"],
