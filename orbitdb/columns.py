@@ -123,7 +123,8 @@ OF_ORBITS = [
     Column("margin", "number",
            "smallest distance of a bounce from the end of its wall or semicircle; 0 at a joint, negative if "
            "a bounce lies beyond the end. That of a dynamically pruned word belongs to its closed path, or, "
-           "if that path has a leg that the stadium does not allow, to the longest path without one",
+           "if a leg of that path with n straight bounces has a slope above 2(n + 1)/a (17/16a if n = 0) or "
+           "below max(0, (n - 17/16)/(a + 1)), to the longest path within these limits",
            PLACE, "", PRUNED),
     Column("residual", "number",
            "largest violation of the law of reflection; the difference between the cosines of the two angles "

@@ -64,7 +64,7 @@ class Listing:
     >>> [code for code, _ in listing], listing.total
     (['13', '013'], 89789)
     >>> listing.complete[0].partition(";")[0]
-    'complete, by proof, up to length 11.26'
+    'complete, by proof, up to length 11.53'
     """
 
     _snapshot: Callable[[], AbstractContextManager[Connection]]

@@ -9,7 +9,13 @@ import math
 
 import numpy as np
 
+from orbitdb.arrays import Floats
+
 _ROUNDING = 1e-12
+_LEAST_TRIED = 4
+"""Least number of straight bounces of two legs that are tried."""
+_SHARES = np.linspace(0, 1, 33)
+"""Shares of the angles of the lines between centres at which a length is computed."""
 
 
 def least_length(p: int, a: float) -> float:
@@ -17,47 +23,44 @@ def least_length(p: int, a: float) -> float:
 
     Notes
     -----
-    The length of an orbit is the maximum of L over the box of directions. It is therefore at least L with all
-    legs parallel to the lines between centres, at the angles theta_n = atan(n / a):
+    The length of an orbit is the maximum of L over the box of directions, so L is a lower bound at every
+    point of the box. Let theta be the angle between a leg and the x axis, from 0 to pi/2. The smallest value
+    over all signs is
 
-        L >= sum of 2 sqrt(a^2 + n^2) + sum of 2k sin(psi / 2k),  psi = pi - theta - theta'
+        L >= sum of 2 (a cos theta + n sin theta) + sum of 2k sin(psi / 2k),  psi = pi - theta - theta'
 
-    where theta and theta' belong to the legs beside the run; other signs of theta give no smaller value. The
-    terms of runs increase with k. For four or more legs, cos((theta + theta') / 2), which is half of what a
-    single bounce adds, is at least the mean of cos theta and cos theta'. Each leg thus adds 2 (r + a / r) or
-    more, with r = sqrt(a^2 + n^2), whatever p is. Its derivative in n, 2 (n / r) (1 - a / r^2), is not
-    negative from n = 1 on, because a^2 + 1 > a.
+    where theta and theta' belong to the legs beside the run. The terms of runs increase with k. If all legs
+    are parallel to the lines between centres, at the angles atan(n / a), a leg adds 2 r, where
+    r = sqrt(a^2 + n^2). For four or more legs, cos((theta + theta') / 2), which is half of what a single
+    bounce adds, is at least the mean of cos theta and cos theta'. Each leg thus adds 2 (r + a / r) or more,
+    whatever p is. Its derivative in n, 2 (n / r) (1 - a / r^2), is not negative from n = 1 on, because
+    a^2 + 1 > a.
 
-    For two legs of n and m straight bounces, where n >= m, the minimum is found by trying all n + m <= p. No
-    other pair is shorter: both of its runs are single bounces, which add 4 cos((theta + theta') / 2)
-    together, so the derivative in n is at least 2 (n / r) (1 - a / r^2), and twice as large along n = m.
+    For two legs of n and m straight bounces, the minimum is found by trying all n + m up to p, or 4. The
+    pairs with the largest n + m are tried along the lines between centres only. No pair with more is shorter:
+    both of its runs are single bounces, which add 4 cos((theta + theta') / 2) together, so the derivative in
+    n is at least 2 (n r - a) / r^2, which is positive from n = 1 on. The other pairs are also tried with
+    flatter legs, and the largest of these bounds counts.
     """
     four = min(8 * (math.hypot(a, n) + a / math.hypot(a, n)) for n in (0, 1))
-    two = min(_two_legs(p, a, n, m) for n in range(p + 1) for m in range(min(n, p - n) + 1))
+    most = max(p, _LEAST_TRIED)
+    two = min(
+        _two_legs(a, n, m, max(p + 1 - n - m, 2), _SHARES if n + m < most else _SHARES[-1:])
+        for n in range(most + 1)
+        for m in range(min(n, most - n) + 1)
+    )
     return min(four, two) * (1 - _ROUNDING)
 
 
 def largest_least_length(a: float) -> float:
-    """Return the limit of `least_length` as p grows: no fill proves a list complete beyond it.
+    """Return the limit of `least_length` as p grows, 4a + 2 + pi, in units of the radius.
 
     Notes
     -----
-    With two legs of n and m straight bounces, more bounces only lengthen one run, towards an arc:
-
-        2 sqrt(a^2 + n^2) + 2 sqrt(a^2 + m^2) + 2 sin(psi / 2) + psi
-
-    From n = 1 on, the derivative of this in n, 2n / r - (1 + cos(psi / 2)) a / r^2, is positive. Four legs
-    have the bound of `least_length`, whatever p is.
+    It is the bound for two horizontal legs without straight bounces, a run of one bounce and a run that has
+    become an arc. No bound is larger, because this pair is always tried.
     """
-    lines, angles = (math.hypot(a, 0), math.hypot(a, 1)), (0.0, math.atan2(1, a))
-    four = min(8 * (r + a / r) for r in lines)
-    pairs = ((0, 0), (0, 1), (1, 1))
-    psis = [math.pi - angles[n] - angles[m] for n, m in pairs]
-    two = min(
-        2 * (lines[n] + lines[m]) + 2 * math.sin(psi / 2) + psi
-        for (n, m), psi in zip(pairs, psis, strict=True)
-    )
-    return min(four, two)
+    return 4 * a + 2 + math.pi
 
 
 def least_limit_of_lengths(a: float) -> float:
@@ -72,13 +75,18 @@ def least_limit_of_lengths(a: float) -> float:
     return 4 * a + 2 * math.pi
 
 
-def _two_legs(p: int, a: float, n: int, m: int) -> float:
-    """Return the least length of two legs of n and m straight bounces, and more than p bounces in total."""
-    bounces = max(p + 1 - n - m, 2)
-    psi = math.pi - math.atan2(n, a) - math.atan2(m, a)
+def _two_legs(a: float, n: int, m: int, bounces: int, shares: Floats) -> float:
+    """Return a bound on the length of two legs of n and m straight bounces, with two runs.
+
+    The angles of the legs are the given shares of those of the lines between centres, or the least angles in
+    the box of directions if these are larger. The runs have `bounces` in total.
+    """
+    angles = [np.maximum(shares * math.atan2(q, a), math.atan2(q - 1, a + 1)) for q in (n, m)]
+    legs = [2 * (a * np.cos(theta) + q * np.sin(theta)) for theta, q in zip(angles, (n, m), strict=True)]
+    psi = (math.pi - angles[0] - angles[1])[:, None]
     k = np.arange(1, bounces)
     runs = 2 * k * np.sin(psi / (2 * k))
-    return 2 * (math.hypot(a, n) + math.hypot(a, m)) + float((runs + runs[::-1]).min())
+    return float(((legs[0] + legs[1])[:, None] + runs + runs[:, ::-1]).max(axis=0).min())
 
 
 def least_exponent(p: int, a: float) -> float:
