@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from functools import partial
+from types import SimpleNamespace
 from typing import cast
 
 import pytest
@@ -144,6 +145,18 @@ def test_ctrl_c_is_never_a_refusal(own):
         [sys.executable, "-c", INTERRUPTED, own], capture_output=True, text=True, timeout=120
     )
     assert done.stdout == "always\n", done.stderr
+
+
+def test_the_time_limit_of_a_query_ends_with_it(own, monkeypatch):
+    """A later question at the same moment of the file may take its time."""
+    clock = [0.0]
+    monkeypatch.setattr(asking, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(asking, "STEPS_BETWEEN_LOOKS", 100)
+    catalogue = Catalogue(own, 1.6)
+    with catalogue.snapshot():
+        assert catalogue.count(where="p = 3") == 8
+        clock[0] += 3600
+        assert catalogue.count() > 300
 
 
 LOOKING = """

@@ -4,12 +4,14 @@ from contextlib import closing
 
 import numpy as np
 import pytest
-from contents import ask, whole
+from contents import alter, ask, whole
 
 from orbitdb import Catalogue, Selection
 from orbitdb.quantum.levels import LevelWindow
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.writing import Writer, keep_levels
+from orbitdb.store.writing import Writer, keep_levels, replace_certificates
+from orbitdb.verification.orbits import certify
+from orbitdb.verification.verify import report
 
 NAMES = ("code", "p", "status", "walls", "area", "length", "symmetry", "time_reversal")
 
@@ -162,6 +164,36 @@ def test_certificates_belong_to_one_a(catalogue, awkward_once):
             assert catalogue.certificate(catalogue.orbit(word, a=a)) == tuple(proof)
         assert stored
         assert catalogue.certificate(catalogue.orbit(stored[0][0], a=3)) is None
+
+
+def test_new_proofs_replace_those_at_their_a_alone(awkward):
+    before = whole(awkward)["certificate"]
+    alter(awkward, "DELETE FROM certificate WHERE stadium = 2")
+    assert report(certify(awkward, Selection(0.3, periods=((2, 3),))))[0].failures == 0
+    after = whole(awkward)["certificate"]
+    assert [row for row in after if row[0] == 1] == [row for row in before if row[0] == 1] != []
+    assert {row[1] for row in after if row[0] == 1} & {row[1] for row in after if row[0] == 2}
+
+
+def test_proofs_of_orbits_that_are_gone_are_not_stored(awkward):
+    before = whole(awkward)
+    kept = next(cycle for stadium, cycle, *_ in before["certificate"] if stadium == 1)
+    (gone,) = ask(
+        awkward, "SELECT max(id) FROM cycle WHERE id NOT IN (SELECT cycle FROM orbit WHERE stadium = 2)"
+    )
+    proved = [(cycle, 1e-9, 128) for cycle in (kept, *gone)]
+    with closing(Writer(awkward, {"command": "verify"})) as writer, writer.writing() as connection:
+        replace_certificates(writer, connection, 2, [kept, *gone], proved, "1")
+    after = whole(awkward)["certificate"]
+    assert [row[:4] for row in after if row not in before["certificate"]] == [(2, kept, 1e-9, 128)]
+
+
+def test_classes_have_one_row_each_in_the_order_that_was_asked_for(awkward, cli):
+    asked = ("query", "--a", "1.6", "--p", "3-5", "--classes", "--format", "csv", "-c", "code")
+    for order, falls in (("code", False), ("code desc", True)):
+        listed = cli(*asked, "--order", order).out.split()[1:]
+        assert listed == sorted(listed, reverse=falls)
+    assert len(listed) == len({*listed}) == 2 + 8 + 17
 
 
 @pytest.mark.parametrize(
