@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from contents import alter, ask, whole
 
-from orbitdb import Catalogue, Selection
+from orbitdb import Catalogue, InputError, Selection
+from orbitdb.answers.levels import ranges_not_stored, stored_levels
 from orbitdb.quantum.levels import LevelWindow
 from orbitdb.quantum.weyl import Parity
+from orbitdb.store.file import reading
 from orbitdb.store.writing import Writer, keep_levels, replace_certificates
 from orbitdb.verification.orbits import certify
 from orbitdb.verification.verify import report
@@ -134,6 +136,60 @@ def test_an_a_with_sweeps_or_levels_alone_is_listed_as_such(catalogue, awkward, 
     }
     assert catalogue.counts(p=8).chosen == (8,)
     assert catalogue.counts(a=3, p="7-8").from_births == (7,)
+
+
+def test_periods_that_are_filled_and_swept_count_once(catalogue):
+    """At a = 0.3, periods 6 and 7 are both, and the sweep of period 8 was stopped."""
+    assert catalogue.counts(a=0.3).from_sweeps == ()
+    assert catalogue.lyapunov(a=0.3, p="6-8")["p"] == [6, 7]
+    rows = [(a, p, state) for a, p, state, *_ in catalogue.info(facts=False).rows]
+    assert [row for row in rows if row[0] == 0.3] == [
+        *((0.3, p, "done") for p in (2, 3, 4, 6, 7)),
+        (0.3, 8, "sweeping"),
+    ]
+    assert rows == sorted(rows)
+
+
+def test_counts_are_of_the_chosen_periods_wherever_they_come_from(catalogue):
+    chosen = catalogue.counts(a=3, p="4-7")
+    assert (chosen.chosen, chosen.from_sweeps, chosen.from_births) == ((4, 5, 6, 7), (4, 5, 6), (7,))
+    assert catalogue.counts(a=2.5, p="4-6").from_births == (4, 5)
+    assert catalogue.table(a=3, p="4-5")["p"] == [4, 5]
+
+
+def test_averages_over_what_births_decide_leave_out_periods_without_births(catalogue):
+    found = catalogue.lyapunov(p="7-8", exists=2.0)
+    assert found["p"] == [7]
+    assert any("births of period 8 are not stored" in note for note in found.notes)
+
+
+def test_levels_keep_their_numbers_across_a_gap(catalogue, awkward_once):
+    """At a = 1.6, levels ee are stored for k = 0-6 and 8-9, and oo for 0-6."""
+    stored = dict(ask(awkward_once, "SELECT number, k FROM level WHERE a = 1.6 AND parity = 'ee'"))
+    found = catalogue.levels(9, parity="ee", method="orbits")
+    counterparts = catalogue.stored_counterparts(found)
+    assert counterparts == [stored.get(number) for number in range(1, len(found) + 1)]
+    assert None in counterparts[: max(stored)]
+    with pytest.raises(InputError, match="only ee, oo levels are stored at a = 1.6: choose one parity"):
+        catalogue.levels()
+    assert catalogue.levels(parity="ee").high == 6
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "missing"),
+    [(1, 5, []), (5, 7, [(6, 7)]), (7, 9, [(7, 8)]), (8.5, 10, [(9, 10)]), (0, 10, [(6, 8), (9, 10)])],
+)
+def test_only_levels_that_are_not_stored_are_computed(awkward_once, low, high, missing):
+    with reading(awkward_once) as connection:
+        windows = stored_levels(connection, 1.6, Parity.EE)
+    assert list(ranges_not_stored(windows, low, high)) == missing
+
+
+def test_stored_levels_agree_with_weyls_law_in_any_part_of_their_range(awkward):
+    found = Catalogue(awkward, 1.6).fill_levels(8.3, 9, parities=["ee"])
+    off = float(found.notes[0].split("on average ")[1].split()[0])
+    assert abs(off) < 1
+    assert 0 < len(found) < 4
 
 
 def test_a_death_ends_an_orbit(catalogue, awkward_once):
