@@ -157,6 +157,17 @@ def test_counts_are_of_the_chosen_periods_wherever_they_come_from(catalogue):
     assert catalogue.table(a=3, p="4-5")["p"] == [4, 5]
 
 
+def test_a_single_word_is_not_taken_for_its_period(awkward):
+    """Period 5 is not filled at a = 0.3; later periods are."""
+    catalogue = Catalogue(awkward, a=0.3)
+    (word, *_) = (life.word for life in catalogue.births(5) if (life.born or 0.0) < 0.2)
+    before = [catalogue.select(status="orbit").averages(), catalogue.table()]
+    assert catalogue.fill_word(word).status == "orbit"
+    after = [catalogue.select(status="orbit").averages(), catalogue.table()]
+    assert [each.columns for each in after] == [each.columns for each in before]
+    assert 5 in before[1]["p"]  # counted from births
+
+
 def test_averages_over_what_births_decide_leave_out_periods_without_births(catalogue):
     found = catalogue.lyapunov(p="7-8", exists=2.0)
     assert found["p"] == [7]
@@ -170,7 +181,7 @@ def test_levels_keep_their_numbers_across_a_gap(catalogue, awkward_once):
     counterparts = catalogue.stored_counterparts(found)
     assert counterparts == [stored.get(number) for number in range(1, len(found) + 1)]
     assert None in counterparts[: max(stored)]
-    with pytest.raises(InputError, match="only ee, oo levels are stored at a = 1.6: choose one parity"):
+    with pytest.raises(InputError, match=r"only ee, oo levels are stored at a = 1\.6: choose one parity"):
         catalogue.levels()
     assert catalogue.levels(parity="ee").high == 6
 
