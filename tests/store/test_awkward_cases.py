@@ -5,6 +5,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 from contents import alter, ask, whole
+from there import there
 
 from orbitdb import Catalogue, InputError, Selection
 from orbitdb.answers.levels import ranges_not_stored, stored_levels
@@ -157,17 +158,6 @@ def test_counts_are_of_the_chosen_periods_wherever_they_come_from(catalogue):
     assert catalogue.table(a=3, p="4-5")["p"] == [4, 5]
 
 
-def test_a_single_word_is_not_taken_for_its_period(awkward):
-    """Period 5 is not filled at a = 0.3; later periods are."""
-    catalogue = Catalogue(awkward, a=0.3)
-    (word, *_) = (life.word for life in catalogue.births(5) if (life.born or 0.0) < 0.2)
-    before = [catalogue.select(status="orbit").averages(), catalogue.table()]
-    assert catalogue.fill_word(word).status == "orbit"
-    after = [catalogue.select(status="orbit").averages(), catalogue.table()]
-    assert [each.columns for each in after] == [each.columns for each in before]
-    assert 5 in before[1]["p"]  # counted from births
-
-
 def test_averages_over_what_births_decide_leave_out_periods_without_births(catalogue):
     found = catalogue.lyapunov(p="7-8", exists=2.0)
     assert found["p"] == [7]
@@ -231,6 +221,24 @@ def test_certificates_belong_to_one_a(catalogue, awkward_once):
             assert catalogue.certificate(catalogue.orbit(word, a=a)) == tuple(proof)
         assert stored
         assert catalogue.certificate(catalogue.orbit(stored[0][0], a=3)) is None
+
+
+def test_bounds_in_balls_and_in_doubles_stay_apart(awkward):
+    """Those in the file are in doubles."""
+    catalogue = Catalogue(awkward, 1.6)
+    assert catalogue.entropy_bounds(proof="balls") is None
+    catalogue.prove_bounds(2, balls=True, a=0.3)
+    assert [each.a for each in catalogue.entropy_curve(proof="balls")] == [0.3]
+    assert [each.a for each in catalogue.entropy_curve(proof="doubles")] == [0.3, 1.6]
+    kept = [catalogue.entropy_bounds(a=0.3, proof=proof) for proof in ("balls", "doubles")]
+    assert [there(each).proof for each in kept] == ["balls", "doubles"]
+
+
+def test_work_on_some_periods_returns_these_alone(awkward):
+    catalogue = Catalogue(awkward, 0.3)
+    for found in (catalogue.fill("3,7"), catalogue.sweep("6-7"), catalogue.fill_births("2,5")):
+        assert len(found) == 2
+    assert [each.p for each in catalogue.fill(3)] == [3]
 
 
 def test_new_proofs_replace_those_at_their_a_alone(awkward):
