@@ -113,6 +113,14 @@ def test_negative_values_are_sorted_and_missing_ones_come_last(catalogue, words,
     assert [value for (value,) in catalogue.rows(**asked, limit=30, offset=3)] == expected[3:33]
 
 
+@pytest.mark.parametrize("order", ["element", "element desc"])
+def test_pruned_words_have_no_element_and_come_last(catalogue, order):
+    found = catalogue.rows(p="3-4", status="orbit,geometric", columns=("element", "status"), order=order)
+    elements = [element for element, status in found if status == "orbit"]
+    assert elements == sorted(elements, reverse=order != "element")
+    assert [*found] == [(each, "orbit") for each in elements] + [(None, "geometric")] * (62 + 283)
+
+
 @pytest.mark.parametrize(
     "asked",
     [{"where": "BORN > 2 OR p = 1"}, {"exists": 2.0}, {"not_at": 2.0}, {"born": (0, 2)}, {"order": "dies"}],

@@ -11,14 +11,11 @@ from orbitdb.cli.tui.stored import Ordering
 from orbitdb.store.selection import Selection
 
 
-async def test_counts_filters_marks_and_orders_change_the_rows(own, tmp_path):
+async def test_filters_marks_and_orders_change_the_rows_and_are_kept(own, tmp_path):
     state = tmp_path / "browse.json"
     async with browsing(own, state=state) as (app, pilot):
-        main, table, catalogue = app.screen, table_of(app), Catalogue(own)
-        await press(pilot, "d", "enter")
-        assert main.choices.selection.where == "status = 'dynamical'"
-        assert len(table.source) == catalogue.count(status="dynamical") > 0
-        await press(pilot, "u", "slash", *"p=3", "enter")
+        main, table = app.screen, table_of(app)
+        await press(pilot, "slash", *"p=3", "enter")
         assert json.loads(state.read_text())["filters"] == ["p=3"]
         await press(pilot, "asterisk", "apostrophe")
         assert len(table.source) == 1
