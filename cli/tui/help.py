@@ -44,8 +44,12 @@ class KeysPanel(VerticalScroll, can_focus=False):
 
     _listed: tuple[list[tuple[str, str, Binding]], list[Style]] | None = None
 
+    def __init__(self, id: str | None = None) -> None:
+        super().__init__(id=id)
+        self._table = Static()  # known even if the panel is removed before it is mounted
+
     def compose(self) -> ComposeResult:
-        yield Static()
+        yield self._table
 
     def on_mount(self) -> None:
         self.screen.bindings_updated_signal.subscribe(self, self.show)
@@ -70,4 +74,4 @@ class KeysPanel(VerticalScroll, can_focus=False):
             for _, keys, binding in lines:
                 table.add_row(Text(keys, styles[0]), f"{binding.description} {binding.tooltip}".strip())
             table.add_row()
-        self.query_one(Static).update(table)
+        self._table.update(table)

@@ -51,7 +51,14 @@ def test_rows_at_several_a_are_those_of_each(varied):
         catalogue.rows([])
 
 
-def test_a_listing_can_be_read_again_and_shvaried(varied):
+def test_the_head_of_a_listing_begins_after_the_rows_that_are_skipped(varied):
+    catalogue = Catalogue(varied, 1.6)
+    for most in (None, 4):
+        listing = catalogue.rows(p="2-4", order="length", columns=("code",), offset=5, limit=most)
+        assert [*listing.head(6)] == [*listing][:6] != []
+
+
+def test_a_listing_can_be_read_again_and_shown(varied):
     listing = Catalogue(varied).rows(a=1.6, p="2-3", columns=("code", "length"), limit=2)
     assert [*listing] == [*listing] != []
     assert repr(listing) == "<words of period 2 to 3 at a = 1.6: code, length>"

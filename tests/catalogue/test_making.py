@@ -33,6 +33,15 @@ def test_a_fill_from_python_stores_the_rows_of_the_command(cli, tmp_path):
     assert content(one) == content(other)
 
 
+def test_single_words_are_stored_at_the_a_and_by_the_method_that_were_asked_for(cli, tmp_path):
+    catalogue = Catalogue.create(tmp_path / "orbits.db", A)
+    catalogue.fill(words=["013"], a=1.3, method="relaxation")
+    assert cli("fill", "--code", "13", "--a", "1.3", "--method", "relaxation").code == 0
+    assert catalogue.a_values() == [1.3]
+    found = catalogue.rows(a=1.3, columns=("representative", "solver"))
+    assert {*found} == {("013", "relaxation"), ("13", "relaxation")}
+
+
 @pytest.mark.parametrize(
     ("command", "make", "query"),
     [

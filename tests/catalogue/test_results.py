@@ -92,6 +92,13 @@ def test_a_list_of_results_is_a_data_frame_of_its_entries(catalogue, column):
     assert not listed or column in frame
 
 
+@pytest.mark.slow
+def test_scars_are_of_the_a_that_was_asked_for(catalogue, varied):
+    there = Catalogue(varied, 1.0).scars(1, 3, word="13", parities="ee")
+    assert catalogue.scars(1, 3, word="13", parities="ee", a=1.0) == there
+    assert catalogue.scars(1, 3, word="13", parities="ee") != there
+
+
 def test_missing_numbers_of_a_data_frame_are_nan(catalogue):
     frame = catalogue.lyapunov(p="4-5").to_pandas()
     assert set(frame.dtypes.drop("p").map(str)) == {"float64"}

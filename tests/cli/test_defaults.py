@@ -3,7 +3,6 @@
 import re
 from collections.abc import Callable
 from inspect import signature
-from itertools import chain
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +11,6 @@ import pytest
 from orbitdb import Catalogue, Stadium
 from orbitdb.answers.identification import NEAR, SAME_LENGTH, SHOWN
 from orbitdb.averages.simulation import simulate
-from orbitdb.cli.app import PANELS
 from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
 from orbitdb.filling.fill import fill_periods
 from orbitdb.trajectories.trajectory import BOUNCES
@@ -63,14 +61,6 @@ def test_help_states_the_actual_defaults(command):
     for name, expected in DEFAULTS.items():
         found = {each.opts[0]: told(each) for each in command.commands[name].params}
         assert {each: found[each] for each in expected} == expected, name
-
-
-def test_the_one_line_summary_of_a_command_matches_its_help(command):
-    """It shares more words with the start of its own command's help than with any other's."""
-    begins = {name: {*each.help.partition(".")[0].lower().split()} for name, each in command.commands.items()}
-    for name, line in chain.from_iterable(each.items() for each in PANELS.values()):
-        shared = {other: len(words & {*line.lower().split()}) for other, words in begins.items()}
-        assert shared[name] == max(shared.values()), name
 
 
 @pytest.mark.parametrize(

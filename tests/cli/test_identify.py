@@ -44,6 +44,14 @@ def test_points_are_read_in_any_notation(cli, tmp_path, stdin, form):
         assert row["sequence"] == "1232131"
 
 
+def test_the_number_of_rows_and_bounces_can_be_chosen(cli):
+    asked = ("identify", "--start", "0,0.001,0", "--a", "1.6", "--bounces", "9", "--json")
+    every, some = (json.loads(cli(*asked, *limit).out) for limit in ([], ["--limit", "2"]))
+    assert (some, len(some)) == (every[:2], 2)
+    assert len(every) > 2
+    assert (len(every[0]["sequence"]), every[0]["sequence_first"]) == (18, -8)
+
+
 @pytest.mark.slow
 def test_identify_reads_the_output_of_query_and_identify(cli, filled, stdin):
     for form in ("csv", "tsv", "json", "jsonl"):

@@ -158,3 +158,11 @@ def test_levels_of_all_parities_end_with_the_shortest_list(filled):
     with pytest.raises(InputError, match="levels are stored up to k = 5"):
         catalogue.levels(6)
     assert catalogue.levels(9, parity="oo").k.tolist() == stored["oo"]
+
+
+def test_levels_from_orbits_and_lengths_of_a_spectrum_lie_in_the_range_that_was_asked_for(awkward, cli):
+    asked = ("levels", "--method", "orbits", "--a", "1.6", "--parity", "oo", "--json", "--k")
+    whole, part = (json.loads(cli(*asked, k).out) for k in ("0:9", "7:9"))
+    assert part == [row for row in whole if row["k"] >= 7] != whole
+    spectrum = ("spectrum", "--a", "1.6", "--parity", "oo", "--range", "2:6", "--points", "5", "--json")
+    assert [row["length"] for row in json.loads(cli(*spectrum).out)] == [2, 3, 4, 5, 6]

@@ -6,6 +6,7 @@ import shutil
 import pytest
 from contents import alter
 
+from orbitdb import Catalogue
 from orbitdb.filling.fill import fill_births
 
 OF_BIRTHS = ["p", "classes", "births", "deaths", "always", "least", "largest"]
@@ -29,6 +30,19 @@ def test_births_are_found_once_and_shown(cli):
     rows = json.loads(again.out)
     assert [list(row) for row in rows] == [OF_BIRTHS] * 4
     assert rows[0]["least"] is None
+
+
+def test_births_of_some_periods_are_shown_alone(awkward, cli):
+    assert [row["p"] for row in json.loads(cli("births", "--p", "3", "--json").out)] == [2, 3]
+
+
+def test_a_word_that_dies_for_good_has_no_further_birth(awkward, cli):
+    """The word after it has one."""
+    (ended,) = json.loads(cli("births", "--deaths", "--json").out)
+    lives = {life.word: life for life in Catalogue(awkward).births(ended["p"])}
+    assert (ended["born"], ended["dies"]) == (lives[ended["word"]].born, lives[ended["word"]].dies)
+    assert max(lives) > ended["word"]
+    assert ended["reborn"] is None
 
 
 def test_the_table_of_an_unfilled_a_comes_from_births(cli, born):

@@ -1,21 +1,16 @@
 """README and pages only name modules, files, tests, commands, options and columns that exist."""
 
 import importlib
-import inspect
 import re
 from functools import cache
 from importlib.metadata import metadata
 from pathlib import Path
-from typing import Any
 
 import pages
 import program
 import pytest
 
 import orbitdb
-from orbitdb.benchmarks import stress
-from orbitdb.benchmarks import work_precision as methods
-from orbitdb.store import where as limits
 
 PATHS = re.compile(r"(?<![\w./-])((?:orbitdb|cli|tests|docs|migrations)/[\w./-]*\w/?)")
 MODULES = re.compile(r"(?<![\w./-])orbitdb(?:\.[A-Za-z_]\w*)+")
@@ -108,11 +103,6 @@ def test_all_pages_install_extras_in_the_same_way():
     assert {"test", "plot", "pandas", "dask", "docs"} <= named <= known
 
 
-def test_every_column_has_a_known_kind():
-    kinds = {each.kind for _, group in orbitdb.columns.GROUPS for each in group}
-    assert kinds == {"text", "integer", "integers", "number", "numbers", "pairs", "yes or no"}
-
-
 def test_every_column_is_in_the_data_dictionary():
     """Each has a unit or type, a meaning, and a note when it is empty."""
     columns = [column.name for column in orbitdb.columns.IN_CATALOGUE]
@@ -122,25 +112,6 @@ def test_every_column_is_in_the_data_dictionary():
     assert set(columns) < set(told)
     assert "| number | radius | `length_error` | length of one traversal" in page[0]
     assert {len(row.split("|")) for row in told.values()} == {5}
-
-
-def test_pages_state_the_time_limit_of_queries():
-    for name in ("columns", "faults"):
-        page = (pages.ROOT / f"docs/{name}.md").read_text(encoding="utf-8")
-        assert "after a minute" in page
-    assert limits.SECONDS == 60
-
-
-def test_the_page_on_benchmarks_states_their_defaults():
-    def usual(case: str) -> Any:
-        return next(iter(inspect.signature(stress.CASES[case]).parameters.values())).default
-
-    page = " ".join((pages.ROOT / "docs/benchmarks.md").read_text(encoding="utf-8").split())
-    told = [f"all classes of p = {usual('stadium')} from", f"trajectories of {usual('trajectory')[-1]} b"]
-    told += [f"runs and legs of {10 ** usual(case):_} bounces".replace("_", " ") for case in ("run", "leg")]
-    told += [f"tolerance | {methods.TOLERANCES[-1]:g} |", f"force | {methods.EPSILONS[-1]:g} |"]
-    told += [f"root, tolerance | {methods.ROOT_TOLERANCES[-1]:g} |", f"bits | {methods.BITS[1]} |"]
-    assert [each for each in told if each not in page] == []
 
 
 def test_the_data_dictionary_has_every_status_and_rule():
@@ -165,12 +136,6 @@ def test_every_page_is_in_the_table_of_contents():
     trees = re.findall(r"```\{toctree\}(.*?)```", index, flags=re.DOTALL)
     listed = {line for tree in trees for line in tree.split() if not line.startswith(":")}
     assert {page.stem for page in (pages.ROOT / "docs").glob("*.md")} - {"index"} <= listed
-
-
-def test_readme_sets_everything_up_with_commands_to_copy():
-    blocks = (pages.ROOT / "README.md").read_text(encoding="utf-8").split("```")
-    for line in ("pip install . && orbitdb fill --p 11", "pip install '.[test]' && pytest"):
-        assert f"console\n{line}\n" in blocks
 
 
 def test_outputs_of_the_notebook_are_in_comments_and_on_the_page():

@@ -42,6 +42,9 @@ def test_a_copy_replaces_no_catalogue(varied, own, tmp_path, cli):
     assert own.read_bytes() == before
     text = tmp_path / "text.db"
     text.write_text("not a catalogue")
+    with pytest.raises(ExportError, match="already exists"):
+        Catalogue(varied).copy(text)
+    assert text.read_text() == "not a catalogue"
     assert cli("export", str(text), "--db", str(varied)).says(2, "already exists: --force replaces it")
     assert cli("export", str(text), "--db", str(varied), "--p", "3").says(2, "--p does nothing with text.db")
     assert cli("export", str(text), "--force", "--db", str(varied)).code == 0

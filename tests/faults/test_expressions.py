@@ -1,15 +1,15 @@
 """Expressions and statements of users can only read, are stopped after a while, and never hide Ctrl-C."""
 
-import contextlib
 import signal
 import subprocess
 import sys
 from collections.abc import Callable
 from functools import partial
+from types import SimpleNamespace
 from typing import cast
 
 import pytest
-from processes import start
+from processes import start, wait_until_ready
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.store import where as asking
@@ -147,6 +147,32 @@ def test_ctrl_c_is_never_a_refusal(own):
     assert done.stdout == "always\n", done.stderr
 
 
+def test_the_time_limit_of_a_query_ends_with_it(own, monkeypatch):
+    """A later question at the same moment of the file may take its time."""
+    clock = [0.0]
+    monkeypatch.setattr(asking, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(asking, "STEPS_BETWEEN_LOOKS", 100)
+    catalogue = Catalogue(own, 1.6)
+    with catalogue.snapshot():
+        assert catalogue.count(where="p = 3") == 8
+        clock[0] += 3600
+        assert catalogue.count() > 300
+
+
+LOOKING = """
+from orbitdb.cli.main import run
+from orbitdb.store.where import Patience
+plain = Patience.look
+def look(patience):
+    print("ready", flush=True)
+    Patience.look = plain
+    return plain(patience)
+Patience.look = look
+run()
+"""
+"""Prints ``ready`` when SQLite first asks, in a long query, whether to go on."""
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 @pytest.mark.parametrize(
@@ -156,9 +182,9 @@ def test_ctrl_c_is_not_mistaken_for_a_refusal(filled, name, code, told):
     """SQLite's progress callback swallows the interrupt; it must not be reported as a slow expression."""
     rest = " + ".join(f"b.length * catalogue.lyapunov * {n}" for n in range(60))  # takes over a minute
     slow = f"(SELECT sum({rest}) FROM catalogue AS b WHERE b.code <> catalogue.code) < 0"
-    process = start("query", "--where", slow, "--db", filled)
-    with contextlib.suppress(subprocess.TimeoutExpired):
-        process.wait(3)
+    command = [sys.executable, "-P", "-c", LOOKING]
+    process = start("query", "--where", slow, "--db", filled, command=command)
+    wait_until_ready(process)
     process.send_signal(signal.Signals[name])
     _, err = process.communicate(timeout=60)
     assert process.returncode == code

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contents import alter, answer, ask
+from contents import alter, answer, ask, whole
 from quick import slow_but
 from sqlalchemy import Connection, Engine, event
 from there import there
@@ -24,7 +24,9 @@ from orbitdb.filling import sweeps
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.filling.workers import HERE, Processes, Workers
-from orbitdb.store.file import migrate
+from orbitdb.store import tables
+from orbitdb.store.cursors import Cursor, sums_of_blocks
+from orbitdb.store.file import migrate, reading
 from orbitdb.store.fills import Sweep
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.enumeration import class_spans
@@ -100,6 +102,21 @@ def test_an_unfinished_sweep_has_no_sums_and_is_not_counted(tmp_path):
         assert catalogue.counts(a=1.6).chosen == ()
         known = answer(path, read_complete_periods, Selection(1.6), swept=True)
         assert (known.highest, known.swept, known.cycles().tolist()) == (0, {}, [0])
+
+
+def test_a_sweep_adds_up_the_blocks_of_its_own_stadium(awkward, tmp_path):
+    """Sweeps of period 8 were stopped at two values of a, in small blocks."""
+    before = whole(awkward)["sweep_block"]
+    with reading(awkward) as connection:
+        blocks, _ = sums_of_blocks(connection, Cursor(tables.sweep, {"stadium": 2, "p": 8}))
+    assert [sums for sums, _ in blocks] == [row[3] for row in sorted(before) if row[0] == 2]
+    Catalogue(awkward).sweep(8, a=0.3)
+    (*_, resumed), alone = Catalogue(awkward).sweeps(a=0.3), swept(tmp_path / "alone.db", 0.3, [8])[8]
+    assert (resumed.p, resumed.complete, resumed.tally) == (8, True, alone.tally)
+    np.testing.assert_allclose(there(resumed.sums).sums, there(alone.sums).sums, rtol=1e-13)
+    others = [row for row in before if row[0] != 2]
+    assert len(before) > len(others) > 0
+    assert whole(awkward)["sweep_block"] == others
 
 
 def test_a_period_closed_first_by_another_process_keeps_its_sums(tmp_path):

@@ -4,12 +4,17 @@ from contextlib import closing
 
 import numpy as np
 import pytest
-from contents import ask, whole
+from contents import alter, ask, whole
+from there import there
 
-from orbitdb import Catalogue, Selection
+from orbitdb import Catalogue, InputError, Selection
+from orbitdb.answers.levels import ranges_not_stored, stored_levels
 from orbitdb.quantum.levels import LevelWindow
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.writing import Writer, keep_levels
+from orbitdb.store.file import reading
+from orbitdb.store.writing import Writer, keep_levels, replace_certificates
+from orbitdb.verification.orbits import certify
+from orbitdb.verification.verify import report
 
 NAMES = ("code", "p", "status", "walls", "area", "length", "symmetry", "time_reversal")
 
@@ -108,6 +113,14 @@ def test_negative_values_are_sorted_and_missing_ones_come_last(catalogue, words,
     assert [value for (value,) in catalogue.rows(**asked, limit=30, offset=3)] == expected[3:33]
 
 
+@pytest.mark.parametrize("order", ["element", "element desc"])
+def test_pruned_words_have_no_element_and_come_last(catalogue, order):
+    found = catalogue.rows(p="3-4", status="orbit,geometric", columns=("element", "status"), order=order)
+    elements = [element for element, status in found if status == "orbit"]
+    assert elements == sorted(elements, reverse=order != "element")
+    assert [*found] == [(each, "orbit") for each in elements] + [(None, "geometric")] * (62 + 283)
+
+
 @pytest.mark.parametrize(
     "asked",
     [{"where": "BORN > 2 OR p = 1"}, {"exists": 2.0}, {"not_at": 2.0}, {"born": (0, 2)}, {"order": "dies"}],
@@ -132,6 +145,60 @@ def test_an_a_with_sweeps_or_levels_alone_is_listed_as_such(catalogue, awkward, 
     }
     assert catalogue.counts(p=8).chosen == (8,)
     assert catalogue.counts(a=3, p="7-8").from_births == (7,)
+
+
+def test_periods_that_are_filled_and_swept_count_once(catalogue):
+    """At a = 0.3, periods 6 and 7 are both, and the sweep of period 8 was stopped."""
+    assert catalogue.counts(a=0.3).from_sweeps == ()
+    assert catalogue.lyapunov(a=0.3, p="6-8")["p"] == [6, 7]
+    rows = [(a, p, state) for a, p, state, *_ in catalogue.info(facts=False).rows]
+    assert [row for row in rows if row[0] == 0.3] == [
+        *((0.3, p, "done") for p in (2, 3, 4, 6, 7)),
+        (0.3, 8, "sweeping"),
+    ]
+    assert rows == sorted(rows)
+
+
+def test_counts_are_of_the_chosen_periods_wherever_they_come_from(catalogue):
+    chosen = catalogue.counts(a=3, p="4-7")
+    assert (chosen.chosen, chosen.from_sweeps, chosen.from_births) == ((4, 5, 6, 7), (4, 5, 6), (7,))
+    assert catalogue.counts(a=2.5, p="4-6").from_births == (4, 5)
+    assert catalogue.table(a=3, p="4-5")["p"] == [4, 5]
+
+
+def test_averages_over_what_births_decide_leave_out_periods_without_births(catalogue):
+    found = catalogue.lyapunov(p="7-8", exists=2.0)
+    assert found["p"] == [7]
+    assert any("births of period 8 are not stored" in note for note in found.notes)
+
+
+def test_levels_keep_their_numbers_across_a_gap(catalogue, awkward_once):
+    """At a = 1.6, levels ee are stored for k = 0-6 and 8-9, and oo for 0-6."""
+    stored = dict(ask(awkward_once, "SELECT number, k FROM level WHERE a = 1.6 AND parity = 'ee'"))
+    found = catalogue.levels(9, parity="ee", method="orbits")
+    counterparts = catalogue.stored_counterparts(found)
+    assert counterparts == [stored.get(number) for number in range(1, len(found) + 1)]
+    assert None in counterparts[: max(stored)]
+    with pytest.raises(InputError, match=r"only ee, oo levels are stored at a = 1\.6: choose one parity"):
+        catalogue.levels()
+    assert catalogue.levels(parity="ee").high == 6
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "missing"),
+    [(1, 5, []), (5, 7, [(6, 7)]), (7, 9, [(7, 8)]), (8.5, 10, [(9, 10)]), (0, 10, [(6, 8), (9, 10)])],
+)
+def test_only_levels_that_are_not_stored_are_computed(awkward_once, low, high, missing):
+    with reading(awkward_once) as connection:
+        windows = stored_levels(connection, 1.6, Parity.EE)
+    assert list(ranges_not_stored(windows, low, high)) == missing
+
+
+def test_stored_levels_agree_with_weyls_law_in_any_part_of_their_range(awkward):
+    found = Catalogue(awkward, 1.6).fill_levels(8.3, 9, parities=["ee"])
+    off = float(found.notes[0].split("on average ")[1].split()[0])
+    assert abs(off) < 1
+    assert 0 < len(found) < 4
 
 
 def test_a_death_ends_an_orbit(catalogue, awkward_once):
@@ -162,6 +229,54 @@ def test_certificates_belong_to_one_a(catalogue, awkward_once):
             assert catalogue.certificate(catalogue.orbit(word, a=a)) == tuple(proof)
         assert stored
         assert catalogue.certificate(catalogue.orbit(stored[0][0], a=3)) is None
+
+
+def test_bounds_in_balls_and_in_doubles_stay_apart(awkward):
+    """Those in the file are in doubles."""
+    catalogue = Catalogue(awkward, 1.6)
+    assert catalogue.entropy_bounds(proof="balls") is None
+    catalogue.prove_bounds(2, balls=True, a=0.3)
+    assert [each.a for each in catalogue.entropy_curve(proof="balls")] == [0.3]
+    assert [each.a for each in catalogue.entropy_curve(proof="doubles")] == [0.3, 1.6]
+    kept = [catalogue.entropy_bounds(a=0.3, proof=proof) for proof in ("balls", "doubles")]
+    assert [there(each).proof for each in kept] == ["balls", "doubles"]
+
+
+def test_work_on_some_periods_returns_these_alone(awkward):
+    catalogue = Catalogue(awkward, 0.3)
+    for found in (catalogue.fill("3,7"), catalogue.sweep("6-7"), catalogue.fill_births("2,5")):
+        assert len(found) == 2
+    assert [each.p for each in catalogue.fill(3)] == [3]
+
+
+def test_new_proofs_replace_those_at_their_a_alone(awkward):
+    before = whole(awkward)["certificate"]
+    alter(awkward, "DELETE FROM certificate WHERE stadium = 2")
+    assert report(certify(awkward, Selection(0.3, periods=((2, 3),))))[0].failures == 0
+    after = whole(awkward)["certificate"]
+    assert [row for row in after if row[0] == 1] == [row for row in before if row[0] == 1] != []
+    assert {row[1] for row in after if row[0] == 1} & {row[1] for row in after if row[0] == 2}
+
+
+def test_proofs_of_orbits_that_are_gone_are_not_stored(awkward):
+    before = whole(awkward)
+    kept = next(cycle for stadium, cycle, *_ in before["certificate"] if stadium == 1)
+    (gone,) = ask(
+        awkward, "SELECT max(id) FROM cycle WHERE id NOT IN (SELECT cycle FROM orbit WHERE stadium = 2)"
+    )
+    proved = [(cycle, 1e-9, 128) for cycle in (kept, *gone)]
+    with closing(Writer(awkward, {"command": "verify"})) as writer, writer.writing() as connection:
+        replace_certificates(writer, connection, 2, [kept, *gone], proved, "1")
+    after = whole(awkward)["certificate"]
+    assert [row[:4] for row in after if row not in before["certificate"]] == [(2, kept, 1e-9, 128)]
+
+
+def test_classes_have_one_row_each_in_the_order_that_was_asked_for(awkward, cli):
+    asked = ("query", "--a", "1.6", "--p", "3-5", "--classes", "--format", "csv", "-c", "code")
+    for order, falls in (("code", False), ("code desc", True)):
+        listed = cli(*asked, "--order", order).out.split()[1:]
+        assert listed == sorted(listed, reverse=falls)
+    assert len(listed) == len({*listed}) == 2 + 8 + 17
 
 
 @pytest.mark.parametrize(

@@ -142,13 +142,20 @@ def without(rows: Tables, *gone: Tables) -> Tables:
     return {name: [row for row in own if row not in every[name]] for name, own in rows.items()}
 
 
-@pytest.mark.parametrize("a", [0.3, 1.6])
-def test_one_period_goes_and_every_other_row_stays(awkward, cli, a):
+@pytest.mark.parametrize(
+    ("a", "periods", "tables"),
+    [
+        (0.3, [6], {"orbit", "fill", "sweep"}),
+        (1.6, [6], {"orbit", "fill"}),
+        (0.3, [8], {"sweep", "sweep_block"}),
+        (1.6, [3, 6, 7], {"orbit", "fill", "certificate"}),
+    ],
+)
+def test_some_periods_go_and_every_other_row_stays(awkward, cli, a, periods, tables):
     before = whole(awkward)
-    gone = at_a(awkward, before, a, [6])
-    assert gone["orbit"]
-    assert gone["fill"]
-    assert cli("delete", "--a", str(a), "--p", "6", "--yes").code == 0
+    gone = at_a(awkward, before, a, periods)
+    assert {name for name, rows in gone.items() if rows} == tables
+    assert cli("delete", "--a", str(a), "--p", ",".join(map(str, periods)), "--yes").code == 0
     assert whole(awkward) == without(before, gone)
 
 
@@ -159,6 +166,18 @@ def test_classes_stay_for_births_and_for_orbits_at_another_a(awkward):
     gone = at_a(awkward, before, 1.6, [8])
     Catalogue(awkward).delete(1.6, 8)
     assert whole(awkward) == without(before, gone, classes)
+
+
+def test_the_classes_of_complete_births_stay_even_if_they_are_never_born(awkward):
+    alter(awkward, "DELETE FROM change WHERE cycle = (SELECT max(cycle) FROM change)")  # as if never born
+    before = whole(awkward)
+    catalogue = Catalogue(awkward)
+    for a in catalogue.a_values():
+        catalogue.delete(a)
+    after = whole(awkward)
+    assert after["cycle"] == [row for row in before["cycle"] if row[1] <= 7]
+    assert after["change"] == before["change"]
+    assert after["orbit"] == after["fill"] == after["stadium"] == []
 
 
 def test_classes_that_another_a_needs_stay(varied, tmp_path):
@@ -200,7 +219,7 @@ def test_a_sweep_goes_and_its_stadium_with_the_last(awkward):
 def test_what_would_be_deleted_is_counted_period_by_period(awkward):
     catalogue = Catalogue(awkward)
     assert str(catalogue.contents(0.3, "5-6")) == "252 words, 1 fill (period 6), 1 sweep (period 6)"
-    assert str(catalogue.contents(2.5)) == "1 sweep (period 6)"
+    assert str(catalogue.contents(2.5)) == "2 sweeps (periods 6, 8)"
     assert not catalogue.contents(2.5, 5)
     levels = ask(awkward, "SELECT count(*) FROM level WHERE a = 1")[0][0]
     assert str(catalogue.contents(1)) == f"{levels} quantum levels"

@@ -42,6 +42,14 @@ def name(found):
     return least_rotation(found.orbit.code)
 
 
+def test_orbits_through_a_joint_have_a_length_but_are_no_candidates(varied):
+    catalogue = Catalogue(varied, 1.0)
+    length, code = next(iter(catalogue.rows(status="boundary", columns=("length", "representative"))))
+    found = catalogue.with_length(length)
+    assert code not in [each.code for each in found]
+    assert {catalogue.orbit(each.code).status for each in found} <= {"orbit"}
+
+
 @pytest.mark.parametrize("word", slow_but(WORDS[1:2], WORDS + MORE))
 def test_an_exact_start_is_identified_to_the_end_of_its_trace(word):
     """So the trace ends early enough: everything that it reports is within the tolerance."""

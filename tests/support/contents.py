@@ -7,10 +7,13 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
+import pytest
 from made_levels import keep_made_levels
 from sqlalchemy import Connection, Engine, event
 
 from orbitdb.catalogue import Catalogue
+from orbitdb.filling import sweeps
+from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import TABLES
@@ -42,12 +45,23 @@ SCHEMA_9 = Path(__file__).parents[1] / "store" / "files" / "schema-9.db.gz"
 """A small catalogue that the last version with schema 9 made, with rows in every table but `sweep_block`."""
 
 
+def begin_sweep(path: Path, a: float, p: int, blocks: int = 2) -> None:
+    """Sweep a period in small blocks, and stop after the first ones."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sweeps, "CLASSES", 64)
+        steps = sweep_periods(path, a, [p])
+        for _ in range(blocks):
+            next(steps)
+        steps.close()
+
+
 def awkward(path: Path) -> None:
     """Make a catalogue with what others lack.
 
     At a = 1.6 there are periods 2-8, two windows of levels of one parity with a gap between them,
     certificates, and negative areas. At a = 0.3 there are periods 2-4 and 6-7, averages and a bound; at 3 and
     2.5 sweeps alone; at 2 averages alone; at 1 levels alone, with one missing and one spurious in one gap.
+    Sweeps of period 8 were stopped at 0.3 and 2.5.
     There are births of p = 2-7, one made-up death, and pruned words. Period 8 is stored at one value of a,
     and has no births.
     """
@@ -56,6 +70,8 @@ def awkward(path: Path) -> None:
     catalogue.fill("6-7")
     catalogue.sweep(6, a=2.5)
     catalogue.sweep("6-7")
+    for a in (0.3, 2.5):
+        begin_sweep(path, a, 8)
     catalogue.simulate(bounces=2000, seed=1)
     catalogue.simulate(bounces=2000, seed=1, a=2.0)
     catalogue.prove_bounds(3)

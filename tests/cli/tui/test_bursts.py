@@ -154,7 +154,7 @@ def test_a_busy_screen_ends_at_once(browse, how, code):
         child.kill(signal.SIGTERM)
     else:
         child.kill(how)
-        child.expect(pexpect.EOF, timeout=10)
+        child.expect(pexpect.EOF)
     process = child.ptyproc
     if process.exitstatus is None:
         process.wait()

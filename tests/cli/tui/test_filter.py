@@ -1,7 +1,5 @@
 """The filter line: rows and their count follow what is typed."""
 
-import time
-
 import pytest
 from screens import ask, browsing, press, row_of, settle, shown, table_of, until
 
@@ -133,7 +131,7 @@ async def test_a_superseded_filter_stops_reading(filled_once, monkeypatch):
     looks = []
 
     def look(patience):
-        looks.append(time.monotonic())
+        looks.append(patience)
         return whole(patience)
 
     monkeypatch.setattr(Patience, "look", look)
@@ -143,11 +141,9 @@ async def test_a_superseded_filter_stops_reading(filled_once, monkeypatch):
         await pilot.press("slash")
         app.screen.query_one("Input").value = slow
         await until(lambda: len(looks) > 10 and told(app) == "reading …")
-        began = time.monotonic()
         await pilot.press("ctrl+u", *"p = 2")
         assert app.screen.query_one("Input").value == "p = 2"
         await typed(pilot, "p = 2")
-        assert time.monotonic() - began < 30
         assert told(app).startswith("1 of ")
         count = len(looks)
         await pilot.pause(0.3)

@@ -1,0 +1,54 @@
+"""Where words are among the rows, which classes are born together, and that every broken rule is named."""
+
+import json
+
+import pytest
+from contents import alter
+
+from orbitdb import Catalogue, Selection
+from orbitdb.store.file import reading
+from orbitdb.store.query import first_of_period, first_that_begins, position_of, select_words
+from orbitdb.store.rows import rows_of
+from orbitdb.verification.verify import PROMISES
+
+
+@pytest.mark.parametrize("order", ["p", "code desc", "area", "-length,code"])
+@pytest.mark.parametrize("criteria", [{}, {"contains": "13"}])
+def test_the_place_of_a_word_is_that_of_its_row(awkward_once, order, criteria):
+    chosen = Selection.from_criteria(a=1.6, p="3-6", **criteria)
+    with reading(awkward_once) as connection:
+        subset = select_words(connection, chosen, order)
+        codes = [code for (code,) in rows_of(connection, subset, ("code",))]
+        for place in range(0, len(codes), 37):
+            assert position_of(connection, subset, codes[place]) == place
+        of_period = next(place for place, code in enumerate(codes) if len(code) == 5)
+        assert first_of_period(connection, subset, 5) == of_period
+        beginning = next(place for place, code in enumerate(codes) if code.startswith("13"))
+        assert first_that_begins(connection, subset, "13") == beginning
+        assert position_of(connection, subset, "13") is None
+
+
+def test_classes_born_together_have_one_period(awkward_once):
+    """The events of each period have numbers of their own."""
+    catalogue = Catalogue(awkward_once, 1.6)
+    lives = {life.word: life for life in catalogue.births(6)}
+    partners = {
+        word: catalogue.born_with(catalogue.orbit(word, exists=True)) for word in ("011032", "010255")
+    }
+    for word, born in partners.items():
+        for a, others in born:
+            assert {len(other) for other in others} == {6}
+            assert [lives[other].born for other in others] == pytest.approx([a] * len(others), rel=1e-9)
+        assert born[0][0] == lives[word].born
+
+
+def test_every_broken_rule_is_named(awkward, cli):
+    """The made-up death breaks one rule, and these lengths another."""
+    alter(awkward, "UPDATE orbit SET length = length + 0.001 WHERE stadium = 2")
+    done = cli("verify", "--a", "0.3", "--p", "2-3", "--json")
+    broken = [row["check"] for row in json.loads(done.out) if row["failures"]]
+    assert done.code == 1
+    assert len(broken) > 1
+    assert [line for line in done.err.splitlines() if "some rows break" in line] == [
+        f"{name}: some rows break this rule: {PROMISES[name]}" for name in broken
+    ]
