@@ -9,7 +9,7 @@ from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, MeasuredLevels
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Format, Output, note, progress
-from orbitdb.cli.reading import reading
+from orbitdb.cli.snapshots import snapshot
 from orbitdb.text import with_error
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def assess(
     parity, error = given.of_one(), given.radius_error
     fitted = fit_radius or error is not None
     read = given.read(parity)
-    with progress("summing orbits"), reading(db, a, SelectionOptions()) as (catalogue, (chosen,)):
+    with progress("summing orbits"), snapshot(db, a, SelectionOptions()) as (catalogue, (chosen,)):
         assessment = catalogue.assess(
             read,
             parity=parity,
@@ -101,7 +101,7 @@ def _row(gap: "Gap") -> list[Any]:
 
 def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output, db: Path) -> None:
     """Show the statistics of the levels of each parity, and of random matrices and random numbers."""
-    with reading(db, asked, SelectionOptions()) as (catalogue, (chosen,)):
+    with snapshot(db, asked, SelectionOptions()) as (catalogue, (chosen,)):
         levels = given.by_parity(catalogue, chosen.a)
         found = catalogue.level_statistics(levels, a=chosen.a)
     output.write([*found.columns], found.rows())

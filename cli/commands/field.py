@@ -8,7 +8,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, note, progress
-from orbitdb.cli.reading import given_codes, primitive, reading, solving
+from orbitdb.cli.snapshots import given_codes, primitive, snapshot, solving
 from orbitdb.errors import InputError
 
 EXAMPLES = (
@@ -62,7 +62,7 @@ def field(
         with progress("following") as shown, solving(db, a) as (catalogue, (at,)):
             orbits = catalogue.field(values, words=codes, a=at, progress=shown)
     else:
-        with progress("following") as shown, reading(db, a, choice) as (catalogue, (chosen,)):
+        with progress("following") as shown, snapshot(db, a, choice) as (catalogue, (chosen,)):
             orbits = catalogue.field(values, chosen, progress=shown)
     found = orbits.counts() if counts else orbits
     for text in found.notes:

@@ -12,7 +12,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import SelectionOptions, count_option, number_option
 from orbitdb.cli.output import Output, code_text, note, write_facts
-from orbitdb.cli.reading import reading, solving
+from orbitdb.cli.snapshots import snapshot, solving
 from orbitdb.errors import InputError
 from orbitdb.text import printable, real
 
@@ -186,7 +186,7 @@ def _show_length(
     """Write the stored orbits of a given length; return the number of rows."""
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
     most = options.ON_SCREEN if limit is None and output.table else limit
-    with reading(db, a, SelectionOptions()) as (catalogue, (chosen,)):
+    with snapshot(db, a, SelectionOptions()) as (catalogue, (chosen,)):
         orbits = catalogue.with_length(length, tolerance=tolerance, a=chosen.a)
     for text in orbits.notes:
         note(text)

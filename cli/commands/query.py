@@ -13,7 +13,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import HalfLengths, SelectionOptions, many_a
 from orbitdb.cli.output import Format, Output, code_text, note, notes, wrap_after, write_facts
-from orbitdb.cli.reading import asked_columns, given_codes, primitive, reading, solving
+from orbitdb.cli.snapshots import asked_columns, given_codes, primitive, snapshot, solving
 from orbitdb.columns import EVERY, GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.text import format_float, guess
@@ -83,7 +83,7 @@ def query(
     if bounces:
         raise InputError("--bounces needs WORD; 'orbitdb export --bounces' writes the bounces of many orbits")
     names = asked_columns(columns, TABLE_COLUMNS if output.for_people else WRITTEN, a)
-    with reading(db, a, choice) as (catalogue, stadiums):
+    with snapshot(db, a, choice) as (catalogue, stadiums):
         listing = catalogue.rows(
             stadiums, columns=names, order=order, limit=limit, offset=offset, classes=classes
         )

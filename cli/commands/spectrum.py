@@ -8,7 +8,7 @@ from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels, Parities, read_range
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, note, progress
-from orbitdb.cli.reading import primitive, reading, solving
+from orbitdb.cli.snapshots import primitive, snapshot, solving
 from orbitdb.errors import InputError
 from orbitdb.text import real
 
@@ -66,7 +66,7 @@ def spectrum(
         options.refuse_idle(context, "without --levels", *OF_FILE)
     parity = given.of_one()
     read = given.read(parity)
-    with progress("summing orbits"), reading(db, a, SelectionOptions()) as (catalogue, (chosen,)):
+    with progress("summing orbits"), snapshot(db, a, SelectionOptions()) as (catalogue, (chosen,)):
         result = catalogue.spectrum(
             (low, high), points=points, k_max=k_max, levels=read, parity=parity, a=chosen.a
         )
@@ -113,7 +113,7 @@ def scars(
     low, high = _range(k)
     parities = parities_of(parity)
     if word is None:
-        with reading(db, a, SelectionOptions()) as (catalogue, (chosen,)):
+        with snapshot(db, a, SelectionOptions()) as (catalogue, (chosen,)):
             at = chosen.a
     else:
         with solving(db, a) as (catalogue, (at,)):

@@ -79,7 +79,7 @@ def _named_columns(text: str, columns: Sequence[str]) -> tuple[str, ...]:
 
 
 @contextmanager
-def reading(
+def snapshot(
     db: Path, asked: Asked, choice: SelectionOptions
 ) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
     """Open a catalogue, and yield a snapshot of it with the subset that the options choose at each a."""
