@@ -26,7 +26,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.colours import readable_variables
 from orbitdb.cli.tui.export import Export
 from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, fill_request
-from orbitdb.cli.tui.help import PURPOSES, KeysPanel, purpose
+from orbitdb.cli.tui.help import KeysPanel, explained, keys_by_purpose, purpose
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working, key
 from orbitdb.cli.tui.stored import Kept
@@ -225,13 +225,12 @@ class BrowseApp(App[None], Working):
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Yield every action of the screen once, then those commands of Textual that have other titles."""
         own: dict[str, SystemCommand] = {}
-        for active in screen.active_bindings.values():
-            binding = active.binding
-            ours = binding.id in PURPOSES and binding.action != "command_palette"  # that shows this list
-            if active.enabled and ours and not binding.system:
-                title = f"{binding.description} {binding.tooltip}".strip()
+        actions = (action for _, actions in keys_by_purpose(screen) for action in actions)
+        for node, binding, *_ in (action[0] for action in actions):
+            if binding.action != "command_palette":  # that shows this list
+                title = explained(binding)
                 title = title[:1].upper() + title[1:]
-                run = partial(self.call_later, self.run_action, binding.action, active.node)
+                run = partial(self.call_later, self.run_action, binding.action, node)
                 own.setdefault(title, SystemCommand(title, f"key {self.get_key_display(binding)}", run))
         yield from own.values()
         titles = ("Quit", "Keys")
