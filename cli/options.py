@@ -187,7 +187,7 @@ Words = Annotated[
     ),
 ]
 Codes = Annotated[list[str] | None, typer.Option("--code", help="Same as WORD; repeatable.")]
-"""`orbitdb.cli.reading.given_codes` reads these together with `Words`."""
+"""`orbitdb.cli.snapshots.given_codes` reads these together with `Words`."""
 
 Limit = Annotated[
     int | None,

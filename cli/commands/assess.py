@@ -8,7 +8,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, MeasuredLevels
 from orbitdb.cli.output import Format, Output, note, notes, progress
-from orbitdb.cli.reading import reading_at
+from orbitdb.cli.snapshots import snapshot_at
 from orbitdb.text import with_error
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def assess(
     parity, error = given.of_one(), given.radius_error
     fitted = fit_radius or error is not None
     read = given.read(parity)
-    with progress("summing orbits"), reading_at(db, a) as (catalogue, at):
+    with progress("summing orbits"), snapshot_at(db, a) as (catalogue, at):
         assessment = catalogue.assess(
             read,
             parity=parity,
@@ -99,7 +99,7 @@ def _row(gap: "Gap") -> list[Any]:
 
 def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output, db: Path) -> None:
     """Show the statistics of the levels of each parity, and of random matrices and random numbers."""
-    with reading_at(db, asked) as (catalogue, at):
+    with snapshot_at(db, asked) as (catalogue, at):
         found = catalogue.level_statistics(given.by_parity(catalogue, at), a=at)
     output.write([*found.columns], found.rows())
     notes(found.notes)

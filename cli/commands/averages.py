@@ -10,7 +10,7 @@ from orbitdb.cli import options
 from orbitdb.cli.grids import many_a
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, notes, progress, write_facts
-from orbitdb.cli.reading import bring, reading
+from orbitdb.cli.snapshots import bring, snapshot
 from orbitdb.text import concise, format_float, with_error
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def table(
     symmetry. boundary counts the orbits through a joint, which N_c leaves out. Periods that are not filled at
     this a are counted from births, if 'orbitdb births' has found them.
     """
-    with reading(db, a, SelectionOptions(p=p)) as (catalogue, stadiums):
+    with snapshot(db, a, SelectionOptions(p=p)) as (catalogue, stadiums):
         result = catalogue.table(stadiums if many_a(a) else stadiums[0])
     output.write(*_rows_of(result, output))
 
@@ -56,7 +56,7 @@ def entropy(
     is shown, too, but is not an error bound. The proved bounds come from 'orbitdb bounds', or are computed on
     the spot.
     """
-    with progress("reading orbits"), reading(db, a, choice) as (catalogue, stadiums):
+    with progress("reading orbits"), snapshot(db, a, choice) as (catalogue, stadiums):
         result = catalogue.entropy(stadiums if many_a(a) else stadiums[0])
     from orbitdb.answers.results import PROVED
 
@@ -88,7 +88,7 @@ def lyapunov(
     constrained by exact means. In a table, its estimated error follows in brackets, in units of the last
     digit. The values for trajectories come from 'orbitdb simulate'.
     """
-    with progress("averaging") as shown, reading(db, a, choice) as (catalogue, stadiums):
+    with progress("averaging") as shown, snapshot(db, a, choice) as (catalogue, stadiums):
         chosen = stadiums if many_a(a) else stadiums[0]
         result = catalogue.lyapunov(chosen, weight=weight, cut=cut, progress=shown)
     names, rows = _rows_of(result, output)

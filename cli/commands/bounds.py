@@ -13,7 +13,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.grids import Grid, named
 from orbitdb.cli.output import Output, note, progress
-from orbitdb.cli.reading import bring
+from orbitdb.cli.snapshots import bring
 from orbitdb.errors import StoreError
 
 if TYPE_CHECKING:

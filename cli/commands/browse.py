@@ -10,7 +10,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.reading import default_a
+from orbitdb.cli.snapshots import default_a
 from orbitdb.errors import InputError
 
 EXAMPLES = ("browse", "browse --code 1232131", 'browse --p 9 --where "lambda_c < 0.4"')

@@ -13,7 +13,7 @@ from orbitdb.cli import options
 from orbitdb.cli.grids import Grid, many_a
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import note, notes, progress
-from orbitdb.cli.reading import asked_columns, reading
+from orbitdb.cli.snapshots import asked_columns, snapshot
 from orbitdb.columns import WRITTEN, Row
 from orbitdb.errors import InputError
 from orbitdb.progress import Tell
@@ -106,7 +106,7 @@ def export(
         options.refuse_idle(context, "with --bounces", "coordinates")
     names = asked_columns(columns, ("code",) if bounces else WRITTEN, a)
     names += _PLACED if bounces else (COORDINATES,) if coordinates else ()
-    with reading(db, a, choice) as (catalogue, stadiums):
+    with snapshot(db, a, choice) as (catalogue, stadiums):
         listing = catalogue.rows(stadiums, columns=names, order=order, limit=limit, classes=classes)
         count = _write(listing, bounces, file, kind, many_a(a))
         complete = listing.complete
@@ -156,7 +156,7 @@ def _write_dataset(
     """Write a folder with the chosen words of whole periods, at the given a or at every stored a."""
     if folder is None:
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
-    with reading(db, a or [Grid()], choice) as (catalogue, stadiums), progress("dataset") as shown:
+    with snapshot(db, a or [Grid()], choice) as (catalogue, stadiums), progress("dataset") as shown:
         dataset = catalogue.write_dataset(folder, stadiums, force=force, progress=shown)
     notes(f"{text}: nothing is written" if text in dataset.absent else text for text in dataset.notes)
     if not dataset.words:

@@ -9,7 +9,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, not_shown, note, notes, progress
-from orbitdb.cli.reading import given_codes, primitive, reading, solving
+from orbitdb.cli.snapshots import given_codes, primitive, snapshot, solving
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def _followed(
 ) -> "FieldOrbits":
     """Follow the given words into the field, or else the chosen ones."""
     if not (words or code):
-        with progress("following") as shown, reading(db, a, choice) as (catalogue, (chosen,)):
+        with progress("following") as shown, snapshot(db, a, choice) as (catalogue, (chosen,)):
             return catalogue.field(kappa, chosen, progress=shown)
     codes = [primitive(each) for each in given_codes(words, code)]
     if not codes:

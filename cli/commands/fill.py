@@ -16,7 +16,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import MOST_JOBS, Database, HalfLength, Jobs, count_option, refuse_idle, takes_only
 from orbitdb.cli.output import Output, code_text, note, progress
-from orbitdb.cli.reading import bring, given_codes, primitive
+from orbitdb.cli.snapshots import bring, given_codes, primitive
 from orbitdb.errors import InputError
 from orbitdb.text import format_float, gigabytes, several
 

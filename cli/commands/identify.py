@@ -12,7 +12,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import count_option, number_option
 from orbitdb.cli.output import ON_SCREEN, Output, code_text, not_shown, note, notes, write_facts
-from orbitdb.cli.reading import reading_at, solving
+from orbitdb.cli.snapshots import snapshot_at, solving
 from orbitdb.errors import InputError
 from orbitdb.text import printable, real
 
@@ -179,7 +179,7 @@ def _show_length(
 ) -> int:
     """Write the stored orbits of a given length; return the number of rows."""
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
-    with reading_at(db, a) as (catalogue, at):
+    with snapshot_at(db, a) as (catalogue, at):
         orbits = catalogue.with_length(length, tolerance=tolerance, a=at)
     notes(orbits.notes)
     rows = (

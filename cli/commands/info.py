@@ -9,7 +9,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.output import Output, note, write_facts
-from orbitdb.cli.reading import bring
+from orbitdb.cli.snapshots import bring
 from orbitdb.errors import InputError
 from orbitdb.text import format_float
 

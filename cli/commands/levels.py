@@ -10,7 +10,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import Parities, SomeRange, read_range
 from orbitdb.cli.output import Output, note, notes, progress
-from orbitdb.cli.reading import bring
+from orbitdb.cli.snapshots import bring
 from orbitdb.errors import InputError
 from orbitdb.text import several
 

@@ -15,7 +15,7 @@ from orbitdb.cli.given_levels import OF_FILE, GivenLevels
 from orbitdb.cli.grids import Asked, Grid, many_a, named
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import code_text, note, notes, progress
-from orbitdb.cli.reading import given_codes, primitive, reading, solving
+from orbitdb.cli.snapshots import given_codes, primitive, snapshot, solving
 from orbitdb.errors import InputError
 from orbitdb.extras import load
 from orbitdb.plots.registry import (
@@ -214,7 +214,7 @@ def _of_catalogue(
 ) -> "Picture":
     """Draw what a catalogue contains: a chosen subset, or its levels."""
     every_a = "a" not in figure.takes or "grid" in figure.passes
-    with reading(db, USUAL_A if every_a else a, choice) as (catalogue, chosen):
+    with snapshot(db, USUAL_A if every_a else a, choice) as (catalogue, chosen):
         if "levels" in figure.passes:
             parity = given.of_one()
             values |= {"parity": parity, "levels": given.read(parity)}

@@ -24,7 +24,7 @@ from orbitdb.cli.output import (
     wrap_after,
     write_facts,
 )
-from orbitdb.cli.reading import asked_columns, given_codes, primitive, reading, solving
+from orbitdb.cli.snapshots import asked_columns, given_codes, primitive, snapshot, solving
 from orbitdb.columns import EVERY, GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.text import format_float, guess
@@ -94,7 +94,7 @@ def query(
     if bounces:
         raise InputError("--bounces needs WORD; 'orbitdb export --bounces' writes the bounces of many orbits")
     names = asked_columns(columns, TABLE_COLUMNS if output.for_people else WRITTEN, a)
-    with reading(db, a, choice) as (catalogue, stadiums):
+    with snapshot(db, a, choice) as (catalogue, stadiums):
         listing = catalogue.rows(
             stadiums, columns=names, order=order, limit=limit, offset=offset, classes=classes
         )

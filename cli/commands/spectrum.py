@@ -7,7 +7,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels, Parities, read_range
 from orbitdb.cli.output import Output, note, notes, progress
-from orbitdb.cli.reading import primitive, reading_at, solving
+from orbitdb.cli.snapshots import primitive, snapshot_at, solving
 from orbitdb.errors import InputError
 from orbitdb.text import real
 
@@ -65,7 +65,7 @@ def spectrum(
         options.refuse_idle(context, "without --levels", *OF_FILE)
     parity = given.of_one()
     read = given.read(parity)
-    with progress("summing orbits"), reading_at(db, a) as (catalogue, at):
+    with progress("summing orbits"), snapshot_at(db, a) as (catalogue, at):
         result = catalogue.spectrum((low, high), points=points, k_max=k_max, levels=read, parity=parity, a=at)
     if terms:
         from orbitdb.quantum.length_spectrum import TERMS
@@ -109,7 +109,7 @@ def scars(
     low, high = _range(k)
     parities = parities_of(parity)
     if word is None:
-        with reading_at(db, a) as (catalogue, at):
+        with snapshot_at(db, a) as (catalogue, at):
             pass  # no snapshot stays open while the waves are computed
     else:
         with solving(db, a) as (catalogue, (at,)):

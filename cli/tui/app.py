@@ -22,13 +22,14 @@ from textual.reactive import reactive
 from textual.screen import Screen
 from textual.worker import WorkerFailed
 
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.colours import readable_variables
 from orbitdb.cli.tui.export import Export
-from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, fill_wish
-from orbitdb.cli.tui.help import PURPOSES, KeysPanel, purpose
+from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, fill_request
+from orbitdb.cli.tui.help import KeysPanel, explained, keys_by_purpose, purpose
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working, key
-from orbitdb.cli.tui.stored import CatalogueFile, Kept
+from orbitdb.cli.tui.stored import Kept
 from orbitdb.errors import StoreError
 from orbitdb.store.selection import Selection
 from orbitdb.store.where import CancelledError
@@ -76,7 +77,7 @@ class BrowseApp(App[None], Working):
         self, path: Path, selection: Selection, code: str | None = None, state: Path | None = None
     ) -> None:
         super().__init__()
-        self.file = CatalogueFile(path)
+        self.catalogue = Catalogue(path, missing_ok=True)
         self.kept = Kept(state, partial(self.notify, severity="error"))
         self.title = printable(f"orbitdb {path.name}")
         self._selection, self._code = selection, code
@@ -89,7 +90,7 @@ class BrowseApp(App[None], Working):
         self._handlers: dict[int, Any] = {}
 
     def get_default_screen(self) -> Screen[None]:
-        return MainScreen(self.file, self.kept, self._selection, self._code)
+        return MainScreen(self.catalogue, self.kept, self._selection, self._code)
 
     @property
     def _main(self) -> MainScreen:
@@ -125,8 +126,8 @@ class BrowseApp(App[None], Working):
     def on_fill_dialog_begin(self, message: FillDialog.Begin) -> None:
         if self.fills:
             return
-        state = self.fill_state = FillState(message.wish)
-        self._main.go_along(state.wish.a)
+        state = self.fill_state = FillState(message.request)
+        self._main.go_along(state.request.a)
 
         def tell(done: float, total: float, text: str) -> None:
             nonlocal state
@@ -139,7 +140,7 @@ class BrowseApp(App[None], Working):
         def fill(_: object) -> str:
             self._writing.append(threading.current_thread())
             try:
-                fill_wish(self.file.path, state.wish, tell)
+                fill_request(self.catalogue.path, state.request, tell)
             except CancelledError:
                 return "stopped"
             return "done"
@@ -224,13 +225,12 @@ class BrowseApp(App[None], Working):
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Yield every action of the screen once, then those commands of Textual that have other titles."""
         own: dict[str, SystemCommand] = {}
-        for active in screen.active_bindings.values():
-            binding = active.binding
-            ours = binding.id in PURPOSES and binding.action != "command_palette"  # that shows this list
-            if active.enabled and ours and not binding.system:
-                title = f"{binding.description} {binding.tooltip}".strip()
+        actions = (action for _, actions in keys_by_purpose(screen) for action in actions)
+        for node, binding, *_ in (action[0] for action in actions):
+            if binding.action != "command_palette":  # that shows this list
+                title = explained(binding)
                 title = title[:1].upper() + title[1:]
-                run = partial(self.call_later, self.run_action, binding.action, active.node)
+                run = partial(self.call_later, self.run_action, binding.action, node)
                 own.setdefault(title, SystemCommand(title, f"key {self.get_key_display(binding)}", run))
         yield from own.values()
         titles = ("Quit", "Keys")

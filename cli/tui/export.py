@@ -71,14 +71,14 @@ def ask_for_file(
 
 
 def write_rows(
-    catalogue: Catalogue | None,
+    catalogue: Catalogue,
     selection: Selection,
     ordering: Ordering,
     path: Path,
     cancelled: Callable[[], bool],
 ) -> str:
     """Write the rows of a subset; once `cancelled` returns True, writing stops and leaves no file."""
-    if catalogue is None:
+    if catalogue.missing:
         raise InputError("there are no rows to write")
     with catalogue.snapshot(cancelled):
         listing = catalogue.rows(selection, columns=WRITTEN, order=str(ordering))

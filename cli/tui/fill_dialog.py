@@ -46,7 +46,7 @@ class FillState:
     failed.
     """
 
-    wish: FillRequest
+    request: FillRequest
     state: str = "running"
     done: int = 0
     message: str = ""
@@ -67,7 +67,7 @@ def _words(count: int) -> str:
     return f"{count:,} word{'s' * (count != 1)}"
 
 
-def parse_wish(a: str, periods: str, codes: str) -> FillRequest:
+def parse_request(a: str, periods: str, codes: str) -> FillRequest:
     """Read what to fill from the fields; raise an error that names the unreadable part."""
     value = half_length(a)
     if codes.strip():
@@ -75,17 +75,17 @@ def parse_wish(a: str, periods: str, codes: str) -> FillRequest:
     return FillRequest(value, periods=check_periods(periods_up_to(periods)))
 
 
-def cost_of(path: Path, wish: FillRequest) -> tuple[str, int]:
+def cost_of(path: Path, request: FillRequest) -> tuple[str, int]:
     """Return the estimated cost and the number of words to fill; raise if the disk has too little room."""
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import about
     from orbitdb.text import gigabytes
 
-    at = f"at a = {format_float(wish.a)}"
-    if wish.words:
-        return f"{several(len(wish.words), 'word')} to solve {at}", len(wish.words)
+    at = f"at a = {format_float(request.a)}"
+    if request.words:
+        return f"{several(len(request.words), 'word')} to solve {at}", len(request.words)
     catalogue = Catalogue(path, missing_ok=True)
-    coming = catalogue.estimate(wish.periods, a=wish.a)
+    coming = catalogue.estimate(request.periods, a=request.a)
     if not coming.words:
         return f"these periods are already filled {at}: nothing to do", 0
     catalogue.check_room(coming)
@@ -93,16 +93,16 @@ def cost_of(path: Path, wish: FillRequest) -> tuple[str, int]:
     return f"{_words(coming.words)} to fill {at}: {takes}", coming.words
 
 
-def fill_wish(path: Path, wish: FillRequest, tell: Tell) -> None:
+def fill_request(path: Path, request: FillRequest, tell: Tell) -> None:
     """Create the catalogue if it is missing, and fill it; call `tell` after every stored batch."""
     from orbitdb.catalogue import Catalogue
 
-    catalogue = Catalogue.create(path, wish.a)
-    if wish.periods:
-        catalogue.fill(wish.periods, progress=tell)
-    for count, word in enumerate(wish.words, 1):
+    catalogue = Catalogue.create(path, request.a)
+    if request.periods:
+        catalogue.fill(request.periods, progress=tell)
+    for count, word in enumerate(request.words, 1):
         catalogue.fill_word(word)
-        tell(count, len(wish.words), "words")
+        tell(count, len(request.words), "words")
 
 
 class FillDialog(Dialog[None]):
@@ -118,7 +118,7 @@ class FillDialog(Dialog[None]):
     class Begin(Message):
         """Asks the application to begin a fill."""
 
-        wish: FillRequest
+        request: FillRequest
 
     class Stop(Message):
         """Asks the application to stop the fill after the current batch."""
@@ -179,24 +179,24 @@ class FillDialog(Dialog[None]):
         fields = [self.query_one(f"#{name}", Input).value for name, _, _ in _FIELDS]
 
         def weigh(_: object) -> tuple[FillRequest, str, int]:
-            wish = parse_wish(*fields)
-            return wish, *cost_of(self._path, wish)
+            request = parse_request(*fields)
+            return request, *cost_of(self._path, request)
 
         def take(cost: tuple[FillRequest, str, int]) -> None:
             """Show the estimate; if requested, begin, but ask first if the fill is large."""
             from orbitdb.filling.estimate import LARGE
 
-            wish, estimate, words = cost
+            request, estimate, words = cost
             self._say(estimate)
             if not begin or not words or self._fills:
                 return
             if words < LARGE:
-                self.app.post_message(self.Begin(wish))
+                self.app.post_message(self.Begin(request))
                 return
             question = f"{estimate}. You can stop the fill at any time and resume it later."
             self.ask(
                 QuestionDialog(question, "Fill", "Cancel"),
-                lambda sure: sure and self.app.post_message(self.Begin(wish)),
+                lambda sure: sure and self.app.post_message(self.Begin(request)),
             )
 
         self.in_thread("cost", weigh, take, partial(self._say, wrong=True))

@@ -10,7 +10,7 @@ from rich.style import Style
 from rich.table import Table
 from rich.text import Text
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
+from textual.binding import ActiveBinding, Binding, BindingType
 from textual.containers import VerticalScroll
 from textual.screen import Screen
 from textual.widgets import Static
@@ -23,18 +23,21 @@ def purpose(name: str, *bindings: Binding) -> list[BindingType]:
     return [replace(binding, id=name) for binding in bindings]
 
 
-def keys_by_purpose(screen: Screen[object]) -> Iterator[tuple[str, dict[str, list[Binding]]]]:
-    """Yield each purpose with the bindings of every action that serves it."""
-    active = [
-        each.binding for each in screen.active_bindings.values() if each.enabled and not each.binding.system
-    ]
+def keys_by_purpose(screen: Screen[object]) -> Iterator[tuple[str, list[list[ActiveBinding]]]]:
+    """Yield each purpose with the bindings that serve it, those of the same action together."""
+    active = [each for each in screen.active_bindings.values() if each.enabled and not each.binding.system]
     for name in PURPOSES:
-        actions: dict[str, list[Binding]] = {}
-        for binding in active:
-            if binding.id == name:
-                actions.setdefault(binding.action, []).append(binding)
+        actions: dict[str, list[ActiveBinding]] = {}
+        for each in active:
+            if each.binding.id == name:
+                actions.setdefault(each.binding.action, []).append(each)
         if actions:
-            yield name, actions
+            yield name, [*actions.values()]
+
+
+def explained(binding: Binding) -> str:
+    """Return what a key does."""
+    return f"{binding.description} {binding.tooltip}".strip()
 
 
 class KeysPanel(VerticalScroll, can_focus=False):
@@ -42,7 +45,7 @@ class KeysPanel(VerticalScroll, can_focus=False):
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"keys--key", "keys--purpose"}
 
-    _listed: tuple[list[tuple[str, str, Binding]], list[Style]] | None = None
+    _listed: tuple[list[tuple[str, str, str]], list[Style]] | None = None
 
     def __init__(self, id: str | None = None) -> None:
         super().__init__(id=id)
@@ -59,11 +62,12 @@ class KeysPanel(VerticalScroll, can_focus=False):
     def show(self, _: object = None) -> None:
         """List the keys, unless the same ones are listed: a new list can give the focus to another widget."""
         styles = [self.get_component_rich_style(f"keys--{name}", partial=True) for name in ("key", "purpose")]
-        listed = [
-            (name, " ".join(dict.fromkeys(map(self.app.get_key_display, bindings))), bindings[0])
-            for name, actions in keys_by_purpose(self.screen)
-            for bindings in actions.values()
-        ]
+        listed = []
+        for name, actions in keys_by_purpose(self.screen):
+            for action in actions:
+                bindings = [each.binding for each in action]
+                keys = " ".join(dict.fromkeys(map(self.app.get_key_display, bindings)))
+                listed.append((name, keys, explained(bindings[0])))
         if self._listed == (listed, styles):
             return
         self._listed = listed, styles
@@ -71,7 +75,7 @@ class KeysPanel(VerticalScroll, can_focus=False):
         table.add_column(justify="right")
         for name, lines in groupby(listed, itemgetter(0)):
             table.add_row("", Text(name, styles[1]))
-            for _, keys, binding in lines:
-                table.add_row(Text(keys, styles[0]), f"{binding.description} {binding.tooltip}".strip())
+            for _, keys, text in lines:
+                table.add_row(Text(keys, styles[0]), text)
             table.add_row()
         self._table.update(table)

@@ -13,6 +13,7 @@ from textual.containers import Horizontal
 from textual.reactive import reactive
 from textual.widgets import Footer
 
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.dialogs import FilterDialog
 from orbitdb.cli.tui.fill_dialog import FillDialog
@@ -25,7 +26,7 @@ from orbitdb.cli.tui.panels.orbit_panel import OrbitPanel
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.panels.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import OwnScreen, TopLine, key
-from orbitdb.cli.tui.stored import CatalogueFile, Kept, Ordering
+from orbitdb.cli.tui.stored import Kept, Ordering, filled_periods, stamp_of
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.selection import Selection
@@ -116,13 +117,13 @@ class MainScreen(OwnScreen[None]):
 
     whole: reactive[bool] = reactive(False, init=False, repaint=False, bindings=True, toggle_class="-whole")
 
-    def __init__(self, file: CatalogueFile, kept: Kept, selection: Selection, code: str | None) -> None:
+    def __init__(self, catalogue: Catalogue, kept: Kept, selection: Selection, code: str | None) -> None:
         super().__init__()
         kept.load()
-        self._file, self._kept, self._code = file, kept, code
-        self.choices = FilterBar(file, kept, selection)
-        self.rows = RowsPanel(file, kept)
-        self.side = OrbitPanel(file, selection.a)
+        self._catalogue, self._kept, self._code = catalogue, kept, code
+        self.choices = FilterBar(catalogue, kept, selection)
+        self.rows = RowsPanel(catalogue, kept)
+        self.side = OrbitPanel(catalogue, selection.a)
         self._stamp: tuple[int, ...] = ()
         self._lacking: tuple[int, ...] = ()  # the file when it last lacked a row
         self._filled: list[int] = []  # the periods filled at this a when last asked
@@ -191,9 +192,9 @@ class MainScreen(OwnScreen[None]):
 
     def action_look_again(self) -> None:
         """Read the file at the start, and read it again after changes or on request."""
-        self._stamp = self._file.stamp()
-        filled = self._file.a_values()
-        self._filled = self._file.periods(self.choices.selection.a)
+        self._stamp = stamp_of(self._catalogue.path)
+        filled = self._catalogue.a_values()
+        self._filled = filled_periods(self._catalogue, self.choices.selection.a)
         self.set_class(not filled and self.side.orbit is None, "-empty")
         self.rows.total = None
         self.say_choices()
@@ -210,16 +211,16 @@ class MainScreen(OwnScreen[None]):
                 if set(before) - set(filled):
                     self._read_anew()
 
-        if self._stamp != (stamp := self._file.stamp()):
+        if self._stamp != (stamp := stamp_of(self._catalogue.path)):
             self._stamp = stamp
-            self.in_thread("look", lambda _: self._file.periods(a), compare)
+            self.in_thread("look", lambda _: filled_periods(self._catalogue, a), compare)
 
     def on_paged_table_deleted(self, message: PagedTable.Deleted) -> None:
         """Read the rows again; if the same file lacks rows again, it is damaged."""
-        if self._file.stamp() == self._lacking:
+        if stamp_of(self._catalogue.path) == self._lacking:
             self.rows.fail(message.reason)
         else:
-            self._lacking = self._file.stamp()
+            self._lacking = stamp_of(self._catalogue.path)
             self._read_anew()
 
     def _read_anew(self) -> None:
@@ -233,7 +234,7 @@ class MainScreen(OwnScreen[None]):
         self._remember()
         orbit, trying = self.side.orbit, self.choices.trying
         if selection.a != old.a:
-            self._filled = self._file.periods(selection.a)
+            self._filled = filled_periods(self._catalogue, selection.a)
             self.side.clear(selection.a)
             self.rows.forget()
         if trying:
@@ -316,16 +317,16 @@ class MainScreen(OwnScreen[None]):
     # the catalogue
 
     def action_fill(self) -> None:
-        path = self._file.path
+        path = self._catalogue.path
         if path.exists() and not (os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)):
             self.notify(f"{path} is read-only: copy it, or name another file with --db")
             return
-        filled = self._file.periods(self.choices.selection.a)
+        filled = filled_periods(self._catalogue, self.choices.selection.a)
         self.app.push_screen(FillDialog(path, self.choices.selection, filled))
 
     def go_along(self, a: float) -> None:
         """Switch to the a that is being filled, if the current a has neither filled periods nor rows."""
-        if not self._file.periods(self.choices.selection.a) and not len(self.rows.table.source):
+        if not filled_periods(self._catalogue, self.choices.selection.a) and not len(self.rows.table.source):
             self.choices.selection = replace(self.choices.selection, a=a)
 
     def action_statistics(self) -> None:
@@ -342,10 +343,10 @@ class MainScreen(OwnScreen[None]):
 
     def _open(self, screen: Callable[..., OwnScreen[str | None]], *more: str) -> None:
         """Open a screen that reads the stored data; the condition with which it closes joins the filter."""
-        if self._file.reader is None:
+        if self._catalogue.missing:
             self.notify("nothing is stored yet: press f to fill the catalogue")
         else:
-            self.ask(screen(self._file.reader, self.choices.selection, *more), self.choices.add)
+            self.ask(screen(self._catalogue, self.choices.selection, *more), self.choices.add)
 
     def action_export(self) -> None:
         from orbitdb.cli.tui.export import ask_for_file, save_orbit, write_rows
@@ -357,5 +358,5 @@ class MainScreen(OwnScreen[None]):
             "orbits.csv" if orbit is None or of_rows else f"{orbit.code[:40]}.svg",
             "the bounces in phase space" if phase else "the orbit in its stadium",
             partial(save_orbit, orbit, phase),
-            partial(write_rows, self._file.reader, self.choices.selection, self.rows.ordering),
+            partial(write_rows, self._catalogue, self.choices.selection, self.rows.ordering),
         )

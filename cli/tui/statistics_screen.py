@@ -116,7 +116,8 @@ class StatisticsScreen(OwnScreen[str | None]):
             self.query_one(f"#plot-{name}").border_title = title
         self.query_one("#statistics").focus()
         self._compute()
-        self.in_thread("trajectories", self._stored_reference, self._show_stored)
+        stored = partial(self._catalogue.reference, a=self._selection.a)
+        self.in_thread("trajectories", lambda _: stored(), self._show_stored)
 
     def _compute(self) -> None:
         weight, everything = self._weight, self._everything
@@ -140,9 +141,6 @@ class StatisticsScreen(OwnScreen[str | None]):
     def _take(self, averages: tuple[Result | None, str]) -> None:
         self.result, self._rest = averages
         self._show()
-
-    def _stored_reference(self, _: object) -> Reference | None:
-        return self._catalogue.reference(a=self._selection.a)
 
     def _show_stored(self, reference: Reference | None) -> None:
         if reference is not None:

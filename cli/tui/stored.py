@@ -14,57 +14,27 @@ from orbitdb.answers.export import complete
 from orbitdb.catalogue import Catalogue
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
-from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.query import first_of_period, first_that_begins, position_of, select_words
 from orbitdb.store.rows import SelectedWords, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
-Certificate = tuple[float, int] | None
-"""Radius and precision, in bits, of a stored proof; None if there is no proof."""
-Partners = Sequence[tuple[float, list[str]]]
-"""The a of each birth of a word, with the representatives of the classes born there on the same path."""
-
 _MOST_FILTERS = 50
 
 
-class CatalogueFile:
-    """The catalogue in a file that may not exist yet."""
+def stamp_of(path: Path) -> tuple[int, ...]:
+    """Return numbers that change whenever somebody writes to a catalogue."""
+    stamps = []
+    for ending in ("", "-wal"):
+        with suppress(OSError):
+            found = Path(f"{path}{ending}").stat()
+            stamps += [found.st_mtime_ns, found.st_size, found.st_ino]
+    return tuple(stamps)
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self.catalogue = Catalogue(path, missing_ok=True)
 
-    @property
-    def reader(self) -> Catalogue | None:
-        return None if self.catalogue.missing else self.catalogue
-
-    def find(self, word: str, a: float) -> Orbit:
-        """Return the stored orbit of a word at this a, or solve the word if it is not stored."""
-        return self.catalogue.orbit(word, a=a)
-
-    def stamp(self) -> tuple[int, ...]:
-        """Return numbers that change whenever somebody writes to the file."""
-        stamps = []
-        for ending in ("", "-wal"):
-            with suppress(OSError):
-                found = Path(f"{self.path}{ending}").stat()
-                stamps += [found.st_mtime_ns, found.st_size, found.st_ino]
-        return tuple(stamps)
-
-    def a_values(self) -> list[float]:
-        return self.catalogue.a_values()
-
-    def periods(self, a: float) -> list[int]:
-        """Return the periods that are filled at this a, completely or in part."""
-        return [fill.p for fill in self.catalogue.fills(a=a)]
-
-    def certificate(self, orbit: Orbit) -> Certificate:
-        return self.catalogue.certificate(orbit) if orbit.stored and orbit.length is not None else None
-
-    def partners(self, orbit: Orbit) -> Partners:
-        """Return the births of an orbit, each with the classes born there on the same path."""
-        return self.catalogue.born_with(orbit)
+def filled_periods(catalogue: Catalogue, a: float) -> list[int]:
+    """Return the periods that are filled at this a, completely or in part."""
+    return [fill.p for fill in catalogue.fills(a=a)]
 
 
 USUAL = (
@@ -144,22 +114,21 @@ class Pages:
 
     def position(self, word: str) -> int | None:
         """Return the index of the row of a word, given as its least rotation, or None."""
-        if self.catalogue is None:
-            return None
-        with self.catalogue.snapshot() as connection:
-            return position_of(connection, self.chosen, word)
+        return self._find(position_of, word)
 
     def first_of_period(self, p: int) -> int | None:
         """Return the index of the first row of a period, or None."""
-        assert self.catalogue is not None
-        with self.catalogue.snapshot() as connection:
-            return first_of_period(connection, self.chosen, p)
+        return self._find(first_of_period, p)
 
     def first_that_begins(self, symbols: str) -> int | None:
         """Return the index of the first row whose code begins with the given symbols, or None."""
-        assert self.catalogue is not None
+        return self._find(first_that_begins, symbols)
+
+    def _find(self, find: Callable[..., int | None], wanted: object) -> int | None:
+        if self.catalogue is None:
+            return None
         with self.catalogue.snapshot() as connection:
-            return first_that_begins(connection, self.chosen, symbols)
+            return find(connection, self.chosen, wanted)
 
 
 NONE = Pages(None, SelectedWords(Selection(), np.zeros(0, np.int64), np.zeros(0, np.uint8)), USUAL)

@@ -23,6 +23,7 @@ from orbitdb.billiard.stadium import STRAIGHT
 from orbitdb.symbols.words import (
     BITS,
     MAX_KEYED,
+    SYMBOLS,
     from_strings,
     least_rotation,
     least_rotations,
@@ -218,6 +219,16 @@ def images_of(word: str) -> list[str]:
     """Return the images of a word under the eight elements, in order and not rotated."""
     symbols = from_strings([word])
     return [to_strings(act_on_words(g, symbols))[0] for g in ELEMENTS]
+
+
+def images_of_pattern(pattern: str) -> set[str]:
+    """Return patterns, one of which occurs in every image of a cyclic word that contains the given pattern.
+
+    There are more than eight, because the symbols beside a pattern tell whether a bounce at its end belongs
+    to a run.
+    """
+    enclosed = from_strings([left + pattern + right for left in SYMBOLS for right in SYMBOLS])
+    return {image[1:-1] for g in ELEMENTS for image in to_strings(act_on_words(g, enclosed))}
 
 
 def members(word: str) -> dict[str, int]:

@@ -98,6 +98,23 @@ def test_a_pattern_longer_than_a_word_is_read_round_and_round(varied):
             assert set(catalogue.select(chosen).code.tolist()) == wanted != set()
 
 
+@pytest.mark.parametrize("pattern", ["0202", "131", "1", "4", "54", "0131", "1232131", "555", "31313"])
+@pytest.mark.parametrize(
+    "where", ["contains(code, '{}')", "code like '%{}%'", "code LIKE '{}%'", "code='{}'", "code like '%{}'"]
+)
+def test_classes_that_lack_the_symbols_of_a_filter_are_passed_over_safely(varied, where, pattern):
+    """The same filter with an OR looks at every word; a filter may go on after the symbols."""
+    catalogue, filter_ = Catalogue(varied), where.format(pattern)
+
+    def codes(where):
+        return [code for (code,) in catalogue.rows(where=where, columns=("code",), order="code")]
+
+    every = codes(f"({filter_} or 0)")
+    assert codes(filter_) == every
+    assert codes(f"{filter_} and p > 3") == [code for code in every if len(code) > 3]
+    assert set(codes(f"{filter_} and p > 3 or p = 2")) == {code for code in every if len(code) > 3} | {"13"}
+
+
 def test_averages_without_a_pattern_say_what_they_mean(filled, cli):
     for command, said in (("lyapunov", "never contain the pattern"), ("entropy", "growth rate")):
         assert said in cli(command, "--without", "0", "--db", str(filled)).err

@@ -14,13 +14,17 @@ from textual.widgets import RichLog
 from orbitdb.cli.orbit_facts import facts
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.screens import SCROLLING, Scrolling
-from orbitdb.cli.tui.stored import Certificate, Partners
 from orbitdb.orbits.bounces import bounce_rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.symmetry import ELEMENTS, MIRROR_X, MIRROR_Y, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation, run_notation
 from orbitdb.text import printable, upwards
+
+Certificate = tuple[float, int] | None
+"""Radius and precision, in bits, of a stored proof; None if there is no proof."""
+Partners = Sequence[tuple[float, list[str]]]
+"""The a of each birth of a word, with the representatives of the classes born there on the same path."""
 
 _MOST_BOUNCES = 60
 _BAR = 40

@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 from textual.reactive import reactive
 from textual.widgets import Static
 
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.dialogs import FilterDialog, LineDialog, ListDialog, MarksDialog, Names, half_length
 from orbitdb.cli.tui.screens import Working
-from orbitdb.cli.tui.stored import USUAL, CatalogueFile, Kept, Ordering
+from orbitdb.cli.tui.stored import USUAL, Kept, Ordering, filled_periods
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import bound_names, check
@@ -30,6 +31,11 @@ RINGS: dict[str, tuple[Any, ...]] = {
 
 _WITHIN = 1e-9
 """Relative difference within which a real number counts as equal to the one under the cursor."""
+
+
+def _spans(selection: Selection) -> list[str]:
+    """Return the ranges of periods as texts, such as ``2-8``."""
+    return [str(low) if low == high else f"{low}-{high}" for low, high in selection.periods]
 
 
 def _quoted(word: str) -> str:
@@ -71,9 +77,8 @@ class View(NamedTuple):
     def _criteria(self) -> dict[str, Any]:
         """Return the arguments of `Catalogue.select` that give these rows."""
         chosen = self.selection
-        spans = ",".join(str(low) if low == high else f"{low}-{high}" for low, high in chosen.periods)
         criteria = {
-            "p": spans,
+            "p": ",".join(_spans(chosen)),
             "status": ",".join(chosen.statuses),
             **{name: getattr(chosen, name) for name in ("time_reversal", "symmetry", "contains")},
             "without": list(chosen.without),
@@ -96,21 +101,21 @@ class FilterBar(Static, Working):
     selection: reactive[Selection] = reactive(Selection, init=False, layout=False, repaint=False)
     trying: reactive[bool] = reactive(False, init=False, repaint=False)
 
-    def __init__(self, file: CatalogueFile, kept: Kept, selection: Selection) -> None:
+    def __init__(self, catalogue: Catalogue, kept: Kept, selection: Selection) -> None:
         super().__init__(id="chips")
-        self._file, self._kept = file, kept
+        self._catalogue, self._kept = catalogue, kept
         self.set_reactive(FilterBar.selection, selection)
         self._values = dict(selection.parameters)
         self._before_marks: str | None = None
         self._marks: str | None = None  # the filter that shows only marked orbits, once it has been chosen
 
     def say(self, fill: str = "") -> None:
-        line = chips(self.selection, self._file.a_values())
+        line = chips(self.selection, self._catalogue.a_values())
         self.update(f"[b]{fill}[/b] {line}" if fill else line)
 
     def action_turn(self, name: str, step: int = 1) -> None:
         """Move a criterion to its next or previous value; after its last value comes no restriction."""
-        periods = ((), *(((p, p),) for p in self._file.periods(self.selection.a)))
+        periods = ((), *(((p, p),) for p in filled_periods(self._catalogue, self.selection.a)))
         self.selection = turned(self.selection, name, RINGS.get(name, periods), step)
 
     def action_statuses(self) -> None:
@@ -123,7 +128,7 @@ class FilterBar(Static, Working):
 
     def action_half_length(self) -> None:
         """Choose another a, stored or not."""
-        values = [repr(a) for a in self._file.a_values()]
+        values = [repr(a) for a in self._catalogue.a_values()]
 
         def describe(text: str) -> str:
             filled = repr(half_length(text)) in values
@@ -136,7 +141,7 @@ class FilterBar(Static, Working):
 
     def ask_to_copy(self, view: View) -> None:
         """Copy a view as a shell command or as a line of Python."""
-        path = self._file.path.absolute()
+        path = self._catalogue.path
         lines = {"shell": view.command(path), "Python": view.python(path)}
 
         def take(language: str) -> None:
@@ -248,13 +253,12 @@ def turned(selection: Selection, name: str, ring: Sequence[Any], step: int = 1) 
 
 def chips(selection: Selection, a_values: Sequence[float]) -> str:
     """Return the choices as a line of links to the actions that change them, each with its key."""
-    spans = ", ".join(str(low) if low == high else f"{low}-{high}" for low, high in selection.periods)
     reversal = {"self": "self-retracing", "pair": "reversed pairs", None: "any reversal"}
     several = f", {len(a_values)} stored" if len(a_values) > 1 else ""
     stored = several if selection.a in (a_values or [selection.a]) else ", not filled"
     parts = [
         ("half_length", "a", f"{format_float(selection.a)}{stored}"),
-        ("turn('periods')", "\\[ ]", f"p {spans or 'all'}"),
+        ("turn('periods')", "\\[ ]", f"p {', '.join(_spans(selection)) or 'all'}"),
         ("turn('statuses')", "o", ", ".join(selection.statuses) or "every status"),
         ("turn('time_reversal')", "r", reversal[selection.time_reversal]),
         ("filter", "/", escaped(selection.describe_rest()) or "no filter"),

@@ -86,6 +86,10 @@ class Jumps(Working):
         if self.under_way:
             self._jump("")
 
+    def forget_digits(self) -> None:
+        """Begin anew with the next digit, because the digits led to a row of another subset."""
+        self._typed = ""
+
     def go_on(self) -> None:
         """Look up digits that were typed before the rows arrived."""
         if self.under_way and self._led_to.endswith("…"):

@@ -10,12 +10,12 @@ from textual.containers import Vertical
 from textual.reactive import reactive
 
 from orbitdb.billiard.stadium import MAX_A, MIN_A
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import code_text, repeats
 from orbitdb.cli.tui.dialogs import LineDialog, describe_code
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.panels.facts import ELEMENT_NAMES, LONG, FactsPanel, parts_of
 from orbitdb.cli.tui.screens import Working
-from orbitdb.cli.tui.stored import CatalogueFile
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.solve import with_existence
@@ -81,9 +81,9 @@ class OrbitPanel(Vertical, Working):
     whole: reactive[bool] = reactive(False, init=False, repaint=False)
     sought: reactive[Orbit | None] = reactive(None, always_update=True, init=False, repaint=False)
 
-    def __init__(self, file: CatalogueFile, a: float) -> None:
+    def __init__(self, catalogue: Catalogue, a: float) -> None:
         super().__init__(id="side")
-        self._file, self.home = file, a
+        self._catalogue, self.home = catalogue, a
         self._codes: list[str] = []
         self._steps: list[tuple[bool, bool]] = []
         self._work = ""  # what is being computed
@@ -116,12 +116,15 @@ class OrbitPanel(Vertical, Working):
             facts.show()
             return
         muted = facts.get_component_rich_style("facts--name", partial=True)
-        facts.show(*parts_of(orbit, self._file.certificate(orbit), whole=self.whole, muted=muted))
+        proof = self._catalogue.certificate(orbit)
+        facts.show(*parts_of(orbit, proof, whole=self.whole, muted=muted))
 
         def find(_: object) -> list[RenderableType]:
             """Find the ranges of a in which the orbit exists, and the classes born with it."""
             found = with_existence(orbit)
-            return parts_of(found, self._file.certificate(found), self._file.partners(found), True, muted)
+            return parts_of(
+                found, self._catalogue.certificate(found), self._catalogue.born_with(found), True, muted
+            )
 
         if self.whole:
             self.in_thread("lives", find, lambda parts: facts.show(*parts))
@@ -153,7 +156,7 @@ class OrbitPanel(Vertical, Working):
                 return
             word = shown.code
         try:
-            self.orbit = self._file.find(word, self.home)
+            self.orbit = self._catalogue.orbit(word, a=self.home)
         except StoreError as error:
             self.orbit = None
             self.failed(str(error))
@@ -172,7 +175,7 @@ class OrbitPanel(Vertical, Working):
         if root != word:
             self.notify(repeats(word, root))
         self._begin(f"solving {code_text(root)} …")
-        self.in_thread("find", lambda _: self._file.find(root, a), self.take_found)
+        self.in_thread("find", lambda _: self._catalogue.orbit(root, a=a), self.take_found)
 
     def _begin(self, work: str = "") -> None:
         """Say what is being computed; without an argument, that nothing is."""
@@ -202,7 +205,7 @@ class OrbitPanel(Vertical, Working):
         if (orbit := self.need()) is None:
             return
         word = images_of(orbit.code)[element]
-        self.seek(replace(self._file.find(word, orbit.a), exists=orbit.exists))
+        self.seek(replace(self._catalogue.orbit(word, a=orbit.a), exists=orbit.exists))
         same = least_rotation(word) == least_rotation(orbit.code)
         self._entitle(f"{'itself' if same else orbit.code[:20]}, {ELEMENT_NAMES[element]}")
 
@@ -238,7 +241,7 @@ class OrbitPanel(Vertical, Working):
             for up, to_change in steps:
                 after = next_change(lives, a, up) if to_change else next_a(lives, a, up, home)
                 a = a if after is None else after
-            return replace(orbit if a == orbit.a else self._file.find(orbit.code, a), exists=lives)
+            return replace(orbit if a == orbit.a else self._catalogue.orbit(orbit.code, a=a), exists=lives)
 
         def arrive(followed: Orbit) -> None:
             waiting = self._steps

@@ -10,10 +10,11 @@ from textual.containers import Vertical
 from textual.reactive import reactive
 from textual.widgets import Static
 
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog
 from orbitdb.cli.tui.panels.jumps import Jumps
 from orbitdb.cli.tui.panels.paged_table import PagedTable
-from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, CatalogueFile, Kept, Ordering, Pages, known_columns
+from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, Kept, Ordering, Pages, known_columns
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
@@ -21,9 +22,6 @@ from orbitdb.symbols.words import least_rotation
 _AT_WORK = ("reading …", "sorting …")
 _PAUSE = 0.25
 """Seconds without a key before the rows of a filter that is being typed are read."""
-
-_Reading = tuple[Pages, str, int | None]
-"""Rows, notes on gaps, and the number of rows without a filter (None if only the first rows are read)."""
 
 _FIRST = 100
 _SHOWN = 12
@@ -46,9 +44,9 @@ class RowsPanel(Vertical, Jumps):
     total: reactive[int | None] = reactive(None, repaint=False)
     report: reactive[str] = reactive("", repaint=False)
 
-    def __init__(self, file: CatalogueFile, kept: Kept) -> None:
+    def __init__(self, catalogue: Catalogue, kept: Kept) -> None:
         super().__init__(id="rows")
-        self._file, self._kept = file, kept
+        self._catalogue, self._kept = catalogue, kept
         self.table = PagedTable(id="table")
         self.border_title = "words"
         self._asked: Selection | None = None
@@ -105,16 +103,20 @@ class RowsPanel(Vertical, Jumps):
         If `patient`, the worker begins after a pause. If the table is empty, the first rows of a subset
         without a filter in the default order are shown early.
         """
-        if (catalogue := self._file.reader) is None:
+        if self._catalogue.missing:
             return
-        ordering, unfiltered = self.ordering, replace(selection, where=None, parameters={})
+        catalogue, ordering = self._catalogue, self.ordering
+        unfiltered = replace(selection, where=None, parameters={})
         total = self.total if self._unfiltered == unfiltered else None
+        if selection != self._asked:
+            self.forget_digits()
         fields = tuple(dict.fromkeys((*self.columns, "status", ordering.column)))
         self._asked = selection
         self.report = self.border_title = _AT_WORK[ordering != self.table.ordering]
         early = self.table.source is NONE and (selection, ordering) == (unfiltered, Ordering())
 
-        def find(cancelled: Callable[[], bool]) -> Iterator[_Reading]:
+        def find(cancelled: Callable[[], bool]) -> Iterator[tuple[Pages, str, int | None]]:
+            """Yield rows, notes on gaps, and the number of rows without a filter (None for the first)."""
             time.sleep(_PAUSE if patient else 0.0)
             if cancelled():
                 return
@@ -129,8 +131,8 @@ class RowsPanel(Vertical, Jumps):
                     count = catalogue.count(unfiltered)
             yield rows, gaps, count
 
-        def show(reading: _Reading) -> None:
-            rows, gaps, self.total = reading
+        def show(found: tuple[Pages, str, int | None]) -> None:
+            rows, gaps, self.total = found
             self._unfiltered = unfiltered
             self.table.ordering = ordering
             self.say_gaps(gaps)

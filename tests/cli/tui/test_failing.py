@@ -170,9 +170,9 @@ async def test_a_new_catalogue_is_read_and_unexpected_errors_are_raised(filled_o
 
     with pytest.raises(ZeroDivisionError):  # noqa: PT012  # raised when the session ends
         async with browsing(path) as (app, pilot):
-            assert not app.file.reader
+            assert app.catalogue.missing
             shutil.copy(filled_once, path)
             await press(pilot, "ctrl+r")
-            assert len(table_of(app).source) == Catalogue(app.file.path).count(Selection()) > 0
+            assert len(table_of(app).source) == app.catalogue.count(Selection()) > 0
             app.call_later(lambda: 1 / 0)
             await pilot.pause()

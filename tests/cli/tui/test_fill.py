@@ -47,7 +47,7 @@ async def test_the_first_key_goes_into_the_field_of_periods(tmp_path):
             focused.append(event.widget.id)
 
     async with browsing(tmp_path / "new.db") as (app, pilot):
-        app.push_screen(Watched(app.file.path, Selection(), ()))
+        app.push_screen(Watched(app.catalogue.path, Selection(), ()))
         await settle(pilot)
         await press(pilot, *"23")
         assert app.screen.query_one("#periods", Input).value == "23"
@@ -108,13 +108,13 @@ async def test_filling_an_empty_catalogue_gives_the_shown_orbit_its_row(tmp_path
         assert "done: 1,101 words" in shown(app)
         assert ": nothing to do" in cost(app)
         await write(pilot, "2-8", "enter", field="#periods")  # at once; the new rows appear as well
-        await until(lambda: app.fill_state.wish.periods[-1] == 8 and not app.fill_state.runs)
+        await until(lambda: app.fill_state.request.periods[-1] == 8 and not app.fill_state.runs)
         await settle(pilot)
         await press(pilot, "escape", "f")
         assert "done" not in shown(app)
         await press(pilot, "escape")
         main = app.screen
-        assert len(table_of(app).source) == Catalogue(app.file.path).count(Selection()) > 1101
+        assert len(table_of(app).source) == app.catalogue.count(Selection()) > 1101
         assert (main.side.orbit.code, main.side.orbit.stored) == ("1232131", True)
         assert row_of(app)[0] == "1123213"
         assert "not stored" not in shown(app)

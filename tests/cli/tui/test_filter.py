@@ -151,7 +151,7 @@ async def test_a_superseded_filter_stops_reading(filled_once, monkeypatch):
         app.screen.query_one("Input").value = slow
         await until(lambda: len(looks) > count + 10 and told(app) == "reading …")
         await press(pilot, "escape")
-        assert len(table_of(app).source) == Catalogue(app.file.path).count(Selection())
+        assert len(table_of(app).source) == app.catalogue.count(Selection())
 
 
 @pytest.mark.slow
@@ -182,9 +182,7 @@ async def test_statuses_are_picked_from_a_list(filled_once):
         await press(pilot, "enter")
         assert app.screen is main
         assert main.choices.selection.statuses == (Status.ORBIT, Status.BOUNDARY)
-        assert (
-            len(table_of(app).source) == Catalogue(app.file.path).count(main.choices.selection) < everything
-        )
+        assert len(table_of(app).source) == app.catalogue.count(main.choices.selection) < everything
         await press(pilot, "O", "j", "space", "escape")
         assert main.choices.selection.statuses == (Status.ORBIT, Status.BOUNDARY)
         await press(pilot, "O", "space", "j", "j", "space", "enter")
@@ -219,3 +217,16 @@ async def test_the_total_is_the_subset_without_its_filter_and_advice_is_for_the_
             assert "orbitdb" not in told(app)
             assert "-P" not in told(app)
             assert wrong not in told(app)  # the line itself stands above
+
+
+@pytest.mark.slow
+async def test_the_note_on_typed_digits_goes_with_their_rows(filled_once):
+    async with browsing(filled_once) as (app, pilot):
+        await ask(pilot, "slash", "length < 1")
+        await press(pilot, "1", "2")
+        assert "no code 12" in shown(app)
+        await ask(pilot, "slash", "length < 11")
+        assert "no code 12" not in shown(app)
+        assert "1 of 5" in shown(app)
+        await press(pilot, "3")
+        assert "period 3" in shown(app)

@@ -10,12 +10,12 @@ from textual.widgets import Input
 from there import there
 
 from orbitdb.answers.completeness import lacking_births, unfilled
+from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.panels.facts import FactsPanel, bar
 from orbitdb.cli.tui.panels.orbit_panel import change_between, next_a, next_change
-from orbitdb.cli.tui.stored import CatalogueFile
 from orbitdb.filling.fill import fill_periods
 from orbitdb.orbits.solve import solve_word
 from orbitdb.store.selection import Selection
@@ -97,13 +97,13 @@ async def test_keys_work_during_a_search_of_births(varied, monkeypatch):
     """Steps taken during the search are combined; a key that leaves the orbit drops them."""
     sought, go_on = threading.Event(), threading.Event()
 
-    def slow(file, word, a, find=CatalogueFile.find):
+    def slow(catalogue, word, a, find=Catalogue.orbit):
         if threading.current_thread() is not threading.main_thread():
             sought.set()
             assert go_on.wait(60)
-        return find(file, word, a)
+        return find(catalogue, word, a=a)
 
-    monkeypatch.setattr(CatalogueFile, "find", slow)
+    monkeypatch.setattr(Catalogue, "orbit", slow)
     async with browsing(varied, LARGE) as (app, pilot):
         side = app.screen.side
         await pilot.press("greater_than_sign")
@@ -142,7 +142,7 @@ async def test_an_unfilled_stadium_is_empty_and_says_how_to_fill_it(tmp_path):
         assert len(table_of(app).source) == 0
         assert app.screen.side.orbit is None
         text = shown(app)
-        assert there(answer(app.file.path, unfilled, Selection(a=2.0))) in text
+        assert there(answer(app.catalogue.path, unfilled, Selection(a=2.0))) in text
         assert "or press f" in text
         await press(pilot, "f")
         assert isinstance(app.screen, FillDialog)
@@ -154,7 +154,7 @@ async def test_an_unfilled_stadium_is_empty_and_says_how_to_fill_it(tmp_path):
         assert "not filled" not in shown(app)
         main.choices.selection = Selection(a=3.0, periods=((2, 4),), where="born > 1")
         await settle(pilot)
-        assert there(answer(app.file.path, lacking_births, main.choices.selection)) in shown(app)
+        assert there(answer(app.catalogue.path, lacking_births, main.choices.selection)) in shown(app)
 
 
 @pytest.mark.slow

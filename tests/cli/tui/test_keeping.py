@@ -6,7 +6,6 @@ import re
 import pytest
 from screens import ask, browsing, press, row_of, screen_lines, shown, table_of
 
-from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.export import write_rows
 from orbitdb.cli.tui.panels import filter_bar
 from orbitdb.cli.tui.stored import EVERY, USUAL, Kept, Ordering, State
@@ -36,7 +35,7 @@ async def test_chosen_columns_are_saved_and_the_sorted_one_is_always_visible(fil
         assert heading(app).split()[:3] != ["│code", "iterations▲", "status"]
         await press(pilot, *"hhhh")
         assert heading(app).split()[:3] == ["│code", "iterations▲", "status"]
-        (last,) = Catalogue(app.file.path).rows(
+        (last,) = app.catalogue.rows(
             Selection(), columns=("code", "iterations"), order="iterations desc", limit=1
         )
         await press(pilot, "R", "g")
@@ -70,7 +69,7 @@ async def test_marked_orbits_and_filters_are_kept_and_exported(filled_once, tmp_
         await ask(pilot, "slash", "p < 4")
         await press(pilot, "apostrophe")
         assert len(table_of(app).source) == 2
-        told = write_rows(app.file.reader, app.screen.choices.selection, Ordering(), file, never)
+        told = write_rows(app.catalogue, app.screen.choices.selection, Ordering(), file, never)
         assert told.startswith("2 rows")
         await press(pilot, "asterisk")
         assert [row_of(app)[0], len(table_of(app).source)] == ["13", 1]

@@ -351,9 +351,9 @@ async def test_a_stored_proof_is_shown_with_its_orbit(cli, tmp_path):
     assert cli("verify", "--rigorous", "--p", "2").code == 0
     async with browsing(tmp_path / "orbits.db", LARGE) as (app, pilot):
         assert app.screen.side.orbit.code == "13"
-        radius, bits = app.file.certificate(app.screen.side.orbit)
+        radius, bits = app.catalogue.certificate(app.screen.side.orbit)
         assert f"radius {upwards(radius)}, {bits} bits" in shown(app)
-        assert app.file.certificate(solve_word("13", 1.0)) is None
+        assert app.catalogue.certificate(solve_word("13", 1.0)) is None
         await press(pilot, "j")
         assert "none stored" in shown(app)
 

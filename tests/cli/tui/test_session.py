@@ -16,7 +16,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.counts_screen import CountsScreen
 from orbitdb.cli.tui.dialogs import LineDialog, NameList
-from orbitdb.cli.tui.fill_dialog import FillRequest, FillState, cost_of, fill_wish
+from orbitdb.cli.tui.fill_dialog import FillRequest, FillState, cost_of, fill_request
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.panels import jumps
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
@@ -95,11 +95,11 @@ async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
         await hurry(pilot, "o", "r", "left_square_bracket")
         chosen = Selection(periods=((6, 6),), statuses=(Status.ORBIT,), time_reversal="self")
         assert main.choices.selection == chosen
-        assert len(table.source) == Catalogue(app.file.path).count(chosen)
+        assert len(table.source) == app.catalogue.count(chosen)
         main.choices.selection = Selection()
         await settle(pilot)
         assert main.sub_title == Selection().describe()
-        everything = Catalogue(app.file.path).count(Selection())
+        everything = app.catalogue.count(Selection())
         assert main.rows.report == f"{len(table.source):,} of {everything:,} words"
         main, table = app.screen, table_of(app)
         await press(pilot, "s")
@@ -107,7 +107,7 @@ async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
         assert main.rows.ordering == table.ordering == Ordering("length")
         assert headings(app)[:3] == ["code", "p", "length▲"]
         await press(pilot, "R")
-        rows = Catalogue(app.file.path).rows(Selection(), columns=("code",), order="length desc", limit=1)
+        rows = app.catalogue.rows(Selection(), columns=("code",), order="length desc", limit=1)
         ((longest,),) = rows
         assert main.side.orbit.code == longest
         assert "length▼" in headings(app)
@@ -121,7 +121,7 @@ async def test_rows_are_chosen_and_sorted_by_keys_and_headings(path):
 async def test_the_cursor_and_the_orbit_move_by_keys(path):
     async with browsing(path) as (app, pilot):
         main, table = app.screen, table_of(app)
-        words = [code for (code,) in Catalogue(app.file.path).rows(Selection(), columns=("code",))]
+        words = [code for (code,) in app.catalogue.rows(Selection(), columns=("code",))]
         await hurry(pilot, "g", "j", "j", "down", "k", "pagedown", "pageup", "k", "up", "up")
         assert (table.cursor, main.side.orbit.code) == (0, words[0])
         await hurry(pilot, "R", "5", "j")  # the rows arrive after all of them
@@ -187,7 +187,7 @@ async def test_refusals_are_reported_and_earlier_lines_come_back(path, monkeypat
         assert len(titles) == len(set(titles))
         assert all(titles)
         with monkeypatch.context() as patch:
-            patch.setattr(os, "access", lambda path, mode: path != app.file.path)
+            patch.setattr(os, "access", lambda path, mode: path != app.catalogue.path)
             await press(pilot, "f")
         assert isinstance(app.screen, MainScreen)
         assert any("read-only" in note.message for note in app._notifications)
@@ -202,8 +202,8 @@ async def test_refusals_are_reported_and_earlier_lines_come_back(path, monkeypat
 def test_filling_words_and_periods_reports_counts(tmp_path):
     path = tmp_path / "orbits.db"
     reports: list[tuple[float, float, str]] = []
-    for wish in (FillRequest(1.6, words=("13", "013")), FillRequest(1.6, (3, 4))):
-        fill_wish(path, wish, lambda *report: reports.append(report))
+    for request in (FillRequest(1.6, words=("13", "013")), FillRequest(1.6, (3, 4))):
+        fill_request(path, request, lambda *report: reports.append(report))
     assert [report[:2] for report in reports] == [(1, 2), (2, 2), (0, 40), (8, 40), (40, 40)]
     assert reports[-1][2] == "words, p =  4 of 4"
     assert cost_of(path, FillRequest(1.6, words=("13",))) == ("1 word to solve at a = 1.6", 1)

@@ -107,7 +107,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         await press(pilot, "o", "d")
         assert isinstance(app.screen, CountsScreen)
         text = shown(app)
-        count = Catalogue(app.file.path).count(Selection(statuses=(Status.ORBIT,)))
+        count = app.catalogue.count(Selection(statuses=(Status.ORBIT,)))
         assert f"orbit {count:,} █" in text
         assert "length: length of one" in text
         assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # each bin begins where the one before ends
@@ -124,7 +124,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         await press(pilot, "d", "tab", "end", "enter")  # the longest orbits
         where = app.screen.choices.selection.where
         assert there(where).startswith("length >= ")
-        assert len(table_of(app).source) == Catalogue(app.file.path).count(status="orbit", where=where) > 0
+        assert len(table_of(app).source) == app.catalogue.count(status="orbit", where=where) > 0
         await press(pilot, "u")
         assert app.screen.choices.selection == Selection(statuses=(Status.ORBIT,))
         for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # the sort column, if drawable

@@ -17,7 +17,7 @@ from there import there
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.export import Export, save_orbit, write_rows
-from orbitdb.cli.tui.fill_dialog import FillDialog, parse_wish
+from orbitdb.cli.tui.fill_dialog import FillDialog, parse_request
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.panels.facts import FactsPanel
@@ -151,12 +151,12 @@ async def test_a_long_fill_asks_first_and_can_be_stopped_and_resumed(tmp_path):
 )
 def test_invalid_requests_to_fill_are_refused(texts, complaint):
     with pytest.raises(InputError, match=complaint):
-        parse_wish(*texts)
+        parse_request(*texts)
 
 
 def test_the_dialog_reads_periods_as_the_command_does():
     for text, periods in (("4", (2, 3, 4)), ("2,4-5", (2, 4, 5)), ("4-4", (4,))):
-        assert parse_wish("1.6", text, "").periods == periods
+        assert parse_request("1.6", text, "").periods == periods
 
 
 @pytest.mark.parametrize("name", ["rows.tsv", "orbit.svg", pytest.param("orbit.png", marks=pytest.mark.slow)])
@@ -179,7 +179,9 @@ def test_every_kind_of_export_writes_the_shown_data(filled, tmp_path, name):
     with pytest.raises(InputError):
         save_orbit(None, False, tmp_path / "x.svg")
     with pytest.raises(InputError):
-        write_rows(None, Selection(), Ordering(), tmp_path / "x.csv", never)
+        write_rows(
+            Catalogue(tmp_path / "no.db", missing_ok=True), Selection(), Ordering(), tmp_path / "x.csv", never
+        )
 
 
 @pytest.mark.slow

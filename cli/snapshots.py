@@ -80,7 +80,7 @@ def _named_columns(text: str, columns: Sequence[str]) -> tuple[str, ...]:
 
 
 @contextmanager
-def reading(
+def snapshot(
     db: Path, asked: Asked, choice: SelectionOptions
 ) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
     """Open a catalogue, and yield a snapshot of it with the subset that the options choose at each a."""
@@ -94,9 +94,9 @@ def reading(
 
 
 @contextmanager
-def reading_at(db: Path, asked: float | None) -> "Iterator[tuple[Catalogue, float]]":
+def snapshot_at(db: Path, asked: float | None) -> "Iterator[tuple[Catalogue, float]]":
     """Open a catalogue, and yield a snapshot of it with the given or the default a."""
-    with reading(db, asked, SelectionOptions()) as (catalogue, (chosen,)):
+    with snapshot(db, asked, SelectionOptions()) as (catalogue, (chosen,)):
         yield catalogue, chosen.a
 
 
