@@ -39,22 +39,7 @@ from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import from_strings, unpack
 from orbitdb.text import format_float, shortened
-from orbitdb.verification.checks import (
-    LISTED,
-    Block,
-    Check,
-    Part,
-    Scope,
-    as_list,
-    blocks,
-    by_period,
-    differences,
-    judged,
-    listed,
-    measured,
-    sampled,
-    single,
-)
+from orbitdb.verification.checks import LISTED, Block, Check, Part, Scope, blocks, differences
 from orbitdb.verification.classes import fill_rows
 
 SWEPT_ANEW = 11
@@ -69,6 +54,9 @@ _REPETITIONS = 20
 _GRID = (20, 2)
 """Degree, and divisions of the cells at the joint: a finer grid than that on which levels are found."""
 
+_BORN = "(SELECT * FROM cycle WHERE id IN (SELECT cycle FROM change))"
+"""The classes with births."""
+
 BLOCK = 1000
 """Number of classes to prove at once, which takes a few hundred megabytes."""
 
@@ -79,32 +67,20 @@ def whole_births(scope: Scope) -> list[BirthFill]:
     return [births for births in stored if births.complete and scope.chooses(births.p)]
 
 
-def births(scope: Scope) -> Iterator[Part]:
-    """Check births and deaths: their counts, and the status on both sides of each, or of a sample."""
-    yield Part("births", check_births)
-    classes = np.array(scope.query("SELECT DISTINCT cycle FROM change"), np.int64)
-    born = by_period(scope, only=classes)
-    chosen = [ids for p, ids in born.items() if scope.chooses(p)]
-    rng = np.random.default_rng([scope.seed, 1])
-    drawn = sampled(np.concatenate([np.zeros(0, np.int64), *chosen]), scope.sample, rng)
-    for block in blocks(by_period(scope, only=drawn)):
-        yield block.part("births", _check_changes)
-
-
 def check_births(scope: Scope) -> Iterator[Check]:
     """Check complete births of the chosen periods, and the counts that follow from them at every filled a."""
     fills = [fill for fill in fill_rows(scope) if fill["state"] == DONE]
     for births in whole_births(scope):
         rows = change_rows(scope, births.p)
         found = [*_wrong_changes(rows), *_wrong_counts(scope, births), *_wrong_events(rows)]
-        yield listed("births", len(rows), found)
+        yield Check.listed("births", len(rows), found)
         for fill in fills:
             if fill["p"] == births.p:
                 tally = vars(counts_at(scope.connection, fill["a"], fill["p"]))
                 counts = {"n_t": tally["words"], **tally, "words": fill["words"]}
                 wrong = {name: count for name, count in counts.items() if count != fill[name]}
                 faults = (f"{name} is {count} according to births" for name, count in wrong.items())
-                yield single("births", f"p = {fill['p']} at a = {format_float(fill['a'])}", faults)
+                yield Check.single("births", f"p = {fill['p']} at a = {format_float(fill['a'])}", faults)
 
 
 class ChangeRow(NamedTuple):
@@ -126,8 +102,7 @@ def change_rows(scope: Scope, p: int, ids: Integers | None = None) -> list[Chang
     only = "" if ids is None else f"AND cycle {LISTED}"
     query = f"""SELECT {", ".join(ChangeRow._fields)} FROM change JOIN cycle ON cycle.id = change.cycle
         WHERE p = :p {only} ORDER BY cycle, number"""
-    values = {"p": p} if ids is None else {"p": p, "ids": as_list(ids)}
-    return [ChangeRow(*row) for row in scope.query(query, values)]
+    return [ChangeRow(*row) for row in scope.query(query, p=p, ids=ids)]
 
 
 def _wrong_changes(rows: Sequence[Any]) -> Iterator[str]:
@@ -162,33 +137,11 @@ def _wrong_counts(scope: Scope, fill: BirthFill) -> Iterator[str]:
         yield f"p = {fill.p}: {fault}"
 
 
-def lives(scope: Scope) -> Iterator[Part]:
-    """Prove that no birth or death is missing in the chosen periods with complete births."""
-    for fill in whole_births(scope):
-        cycles = scope.query("SELECT DISTINCT cycle FROM change")
-        born = by_period(scope, only=np.array(cycles, np.int64)).get(fill.p, np.zeros(0, np.int64))
-        for block in blocks({fill.p: born}, BLOCK):
-            yield block.part("missing births", _prove_lives)
-
-
-def _prove_lives(block: Block, scope: Scope) -> Iterator[Check]:
-    """Prove that no birth or death is missing in a block.
-
-    Classes that are decided count as rows of the check ``lives``; classes whose cells become too small before
-    that, as rows of ``undecided``.
-    """
-    brackets: dict[str, list[KnownChange]] = {}
-    for row in change_rows(scope, block.p, block.ids):
-        changes = brackets.setdefault(row.word, [])
-        if row.a > row.error:
-            low, high = np.log([row.a - row.error, row.a + row.error]).tolist()
-            changes.append((low, high, row.kind == BORN))
-    proved = prove_all(from_strings(list(brackets)), list(brackets.values()))
-    undecided = int((proved == Completeness.UNDECIDED).sum())
-    judgement = judged("lives", list(brackets), proved == Completeness.WRONG)
-    yield replace(judgement, rows=len(brackets) - undecided)
-    if undecided:
-        yield Check("undecided", undecided)
+def births(scope: Scope) -> Iterator[Part]:
+    """Check the status on both sides of each birth and death in the chosen periods, or of a sample."""
+    rng = np.random.default_rng([scope.seed, 1])
+    for block in blocks(scope.sampled(scope.ids(_BORN), rng)):
+        yield block.part("births", _check_changes)
 
 
 def _check_changes(block: Block, scope: Scope) -> Iterator[Check]:
@@ -203,7 +156,7 @@ def _check_changes(block: Block, scope: Scope) -> Iterator[Check]:
         wrong = _wrong_sides(from_strings([row.word for row in rows]), a, error, born)
         wrong |= _wrong_joints(rows)
     labels = [f"{row.word} at a = {format_float(row.a)}" for row in rows]
-    yield replace(judged("births", labels, wrong), rows=0)  # counted already
+    yield replace(Check.judged("births", labels, wrong), rows=0)  # counted already
 
 
 def _wrong_sides(words: Words, a: Floats, error: Floats, born: Integers) -> Marks:
@@ -239,13 +192,36 @@ def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
     return sign
 
 
-def sweeps(scope: Scope) -> Iterator[Part]:
-    """Check the counts of every chosen whole period that has been swept, and the sums up to `SWEPT_ANEW`."""
-    yield Part("sweeps", check_sweeps)
+def lives(scope: Scope) -> Iterator[Part]:
+    """Prove that no birth or death is missing in the chosen periods with complete births."""
+    born = scope.ids(_BORN)
+    for fill in whole_births(scope):
+        for block in blocks({fill.p: born[fill.p]} if fill.p in born else {}, BLOCK):
+            yield block.part("missing births", _prove_lives)
+
+
+def _prove_lives(block: Block, scope: Scope) -> Iterator[Check]:
+    """Prove that no birth or death is missing in a block.
+
+    Classes that are decided count as rows of the check ``lives``; classes whose cells become too small before
+    that, as rows of ``undecided``.
+    """
+    brackets: dict[str, list[KnownChange]] = {}
+    for row in change_rows(scope, block.p, block.ids):
+        changes = brackets.setdefault(row.word, [])
+        if row.a > row.error:
+            low, high = np.log([row.a - row.error, row.a + row.error]).tolist()
+            changes.append((low, high, row.kind == BORN))
+    proved = prove_all(from_strings(list(brackets)), list(brackets.values()))
+    undecided = int((proved == Completeness.UNDECIDED).sum())
+    judgement = Check.judged("lives", list(brackets), proved == Completeness.WRONG)
+    yield replace(judgement, rows=len(brackets) - undecided)
+    if undecided:
+        yield Check("undecided", undecided)
 
 
 def check_sweeps(scope: Scope) -> Iterator[Check]:
-    """Check the sweeps of the chosen periods."""
+    """Check the counts of every chosen whole period that has been swept, and the sums up to `SWEPT_ANEW`."""
     with_births = {births.p for births in read_birth_fills(scope.connection) if births.complete}
     for selection in scope.selections:
         a = selection.a
@@ -261,7 +237,7 @@ def check_sweeps(scope: Scope) -> Iterator[Check]:
                 tally, sums, off = _solved(sweep.p, a)
                 others.append(vars(tally))
                 yield _compared(label, sweep.sums, sums, off)
-            yield single("sweeps", label, _wrong_tally(sweep, others))
+            yield Check.single("sweeps", label, _wrong_tally(sweep, others))
 
 
 def _wrong_tally(sweep: Sweep, others: Sequence[Mapping[str, Any]]) -> Iterator[str]:
@@ -279,7 +255,7 @@ def _compared(label: str, sums: PeriodSums | None, expected: PeriodSums, off: fl
     if len(stored) != len(right):
         return Check("sums", 1, 1, first=label)
     worst = np.max(np.abs(stored - right) / np.where(right > 0, right, 1.0), initial=0.0)
-    return measured("sums", [label], np.array([worst]), np.array([_ROUNDING + _REPETITIONS * off]))
+    return Check.measured("sums", [label], np.array([worst]), np.array([_ROUNDING + _REPETITIONS * off]))
 
 
 def _solved(p: int, a: float) -> tuple[Tally, PeriodSums, float]:
@@ -313,11 +289,12 @@ def _levels(a: float, parity: str, scope: Scope) -> Iterator[Check]:
     for stored in stored_levels(scope.connection, a, Parity(parity)):
         anew = [task.solved(*_GRID) for task in windows(Stadium(a), stored.parity, stored.low, stored.high)]
         k = np.concatenate([window.k for window in anew])
-        query = "SELECT number FROM level WHERE a = ? AND parity = ? AND k >= ? AND k < ? ORDER BY k"
-        numbers = [number for (number,) in scope.query(query, (a, parity, stored.low, stored.high))]
+        query = "SELECT number FROM level WHERE (a, parity) = (:a, :parity) AND k >= :low AND k < :high"
+        window = {"a": a, "parity": parity, "low": stored.low, "high": stored.high}
+        numbers = [number for (number,) in scope.query(f"{query} ORDER BY k", **window)]
         right = anew[0].below, [*range(anew[0].below + 1, anew[0].below + 1 + len(k))]
         if (stored.below, numbers) != right or len(stored.k) != len(k):
-            yield judged("levels", [f"{parity} {stored.low:g} to {stored.high:g}"], [True])
+            yield Check.judged("levels", [f"{parity} {stored.low:g} to {stored.high:g}"], [True])
         else:
             labels = [f"{parity} {level:.6g}" for level in stored.k]
-            yield measured("levels", labels, np.abs(stored.k - k), stored.error + ROUNDING * k)
+            yield Check.measured("levels", labels, np.abs(stored.k - k), stored.error + ROUNDING * k)

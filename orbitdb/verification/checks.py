@@ -63,32 +63,36 @@ class Check:
         """Return the same result; its first failure says where it is."""
         return replace(self, first=self.first and f"{self.first} {place}")
 
+    @classmethod
+    def judged(cls, name: str, labels: Sequence[str], wrong: Marks | Sequence[bool]) -> "Check":
+        """Return the check of N labelled rows, given which of them are wrong."""
+        marks = np.asarray(wrong)
+        first = shortened(labels[int(marks.argmax())]) if marks.any() else None
+        return cls(name, len(marks), int(marks.sum()), first=first)
 
-class Checked(NamedTuple):
-    """Result of one step of a verification; a report joins the checks of all steps by name."""
+    @classmethod
+    def listed(cls, name: str, rows: int, faults: Iterable[str]) -> "Check":
+        """Return the check of a number of rows, given their faults."""
+        faults = list(faults)
+        return cls(name, rows, len(faults), first=faults[0] if faults else None)
 
-    stage: str
-    done: int  # classes of the stage that are checked so far
-    total: int
-    checks: tuple[Check, ...]
+    @classmethod
+    def single(cls, name: str, label: str, faults: Iterable[str]) -> "Check":
+        """Return the check of one row, which reports the first of its faults under its label."""
+        return cls.listed(name, 1, [f"{label}: {fault}" for fault in islice(faults, 1)])
 
+    @classmethod
+    def measured(cls, name: str, labels: Sequence[str], deviation: Floats, allowed: Floats) -> "Check":
+        """Return the check of N labelled rows, given their deviations and the allowed ones; NaN fails.
 
-def judged(name: str, labels: Sequence[str], wrong: Marks | Sequence[bool]) -> Check:
-    """Return the check of N labelled rows, given which of them are wrong."""
-    marks = np.asarray(wrong)
-    first = shortened(labels[int(marks.argmax())]) if marks.any() else None
-    return Check(name, len(marks), int(marks.sum()), first=first)
-
-
-def listed(name: str, rows: int, faults: Iterable[str]) -> Check:
-    """Return the check of a number of rows, given their faults."""
-    faults = list(faults)
-    return Check(name, rows, len(faults), first=faults[0] if faults else None)
-
-
-def single(name: str, label: str, faults: Iterable[str]) -> Check:
-    """Return the check of one row, which reports the first of its faults under its label."""
-    return listed(name, 1, [f"{label}: {fault}" for fault in islice(faults, 1)])
+        The arrays have shape (N,), or (k, N) if each row has k deviations, of which the worst counts.
+        """
+        share = shares(*np.broadcast_arrays(np.atleast_2d(deviation), allowed))
+        check = cls.judged(name, labels, share.max(axis=0) > 1)
+        if not share.size:
+            return check
+        worst = np.unravel_index(share.T.argmax(), share.T.shape)[::-1]
+        return replace(check, worst=float(np.atleast_2d(deviation)[worst]), share=float(share[worst]))
 
 
 def differences(counts: Mapping[str, Any], expected: Mapping[str, Any]) -> Iterator[str]:
@@ -105,28 +109,11 @@ def shares(deviation: Floats, allowed: Floats) -> Floats:
     return np.where(np.isnan(share), np.inf, share)
 
 
-def measured(name: str, labels: Sequence[str], deviation: Floats, allowed: Floats) -> Check:
-    """Return the check of N labelled rows, given their deviations and the allowed ones; NaN fails.
-
-    The arrays have shape (N,), or (k, N) if each row has k deviations, of which the worst counts.
-    """
-    share = shares(*np.broadcast_arrays(np.atleast_2d(deviation), allowed))
-    check = judged(name, labels, share.max(axis=0) > 1)
-    if not share.size:
-        return check
-    worst = np.unravel_index(share.T.argmax(), share.T.shape)[::-1]
-    return replace(check, worst=float(np.atleast_2d(deviation)[worst]), share=float(share[worst]))
-
-
-Values = tuple[Any, ...] | dict[str, Any]
-
 LISTED = "IN (SELECT value FROM json_each(:ids))"
-"""A condition that a column is one of the ids given by `as_list`."""
+"""A condition that a column is one of the ids that `Scope.query` is given."""
 
-
-def as_list(ids: Integers) -> str:
-    """Return ids as the single value ``:ids`` of `LISTED`."""
-    return json.dumps(ids.tolist())
+Ids = dict[int, Integers]
+"""Ids of classes or pruned words, in order, for each period."""
 
 
 @dataclass(frozen=True)
@@ -147,21 +134,57 @@ class Scope:
     restarts: int = 0
     seed: int = 0
 
-    def query(self, sql: str, values: Values = ()) -> list[Any]:
-        """Return the rows of a query."""
-        return [tuple(row) for row in self.connection.exec_driver_sql(sql, values)]
+    def query(self, sql: str, **values: Any) -> list[Any]:
+        """Return the rows of a query, given the values of its names; `LISTED` takes an array of ids."""
+        bound = {
+            name: json.dumps(value.tolist()) if isinstance(value, np.ndarray) else value
+            for name, value in values.items()
+        }
+        return [tuple(row) for row in self.connection.exec_driver_sql(sql, bound)]
 
-    def scalar(self, sql: str, values: Values = ()) -> Any:
+    def scalar(self, sql: str, **values: Any) -> Any:
         """Return the first value of the first row, or None if there is no row."""
-        return next(iter(self.query(sql, values)), (None,))[0]
+        return next(iter(self.query(sql, **values)), (None,))[0]
 
-    def records(self, sql: str, values: Values = ()) -> list[dict[str, Any]]:
+    def records(self, sql: str) -> list[dict[str, Any]]:
         """Return the rows of a query as dicts, with the names of the columns."""
-        return [dict(row) for row in self.connection.exec_driver_sql(sql, values).mappings()]
+        return [dict(row) for row in self.connection.exec_driver_sql(sql).mappings()]
 
     def chooses(self, p: int) -> bool:
         """Tell whether a period is chosen at some a; if there are no selections, all periods are."""
         return not self.selections or any(selection.includes(p) for selection in self.selections)
+
+    def ids(self, rows: str = "cycle", only: Integers | None = None) -> Ids:
+        """Return the ids of rows of `cycle` or `pruned`, or only the given ones, in the chosen periods.
+
+        Damaged periods are left out: SQLite's own check reports them.
+        """
+        query = f"SELECT id, p FROM {rows} WHERE typeof(p) = 'integer' ORDER BY id"
+        found = np.array(self.query(query), np.int64).reshape(-1, 2)
+        ids, periods = (found if only is None else found[np.isin(found[:, 0], only)]).T
+        return {p: ids[periods == p] for p in np.unique(periods).tolist() if self.chooses(p)}
+
+    def sampled(self, ids: Ids, rng: np.random.Generator) -> Ids:
+        """Return a random sample of ids, or all of them if they are no more than `sample`."""
+        every = np.sort(np.concatenate([np.zeros(0, np.int64), *ids.values()]))
+        if self.sample is None or self.sample >= len(every):
+            return ids
+        drawn = rng.choice(every, self.sample, replace=False)
+        return {p: of_period[np.isin(of_period, drawn)] for p, of_period in ids.items()}
+
+    def classes(self, selection: Selection, rng: np.random.Generator) -> Ids:
+        """Return the ids of the classes chosen at one a, or of a random sample of them."""
+        chosen = query.select_words(self.connection, selection)
+        return self.sampled(self.ids(only=chosen.ids), rng)
+
+
+class Checked(NamedTuple):
+    """Result of one step of a verification; a report joins the checks of all steps by name."""
+
+    stage: str
+    done: int  # classes of the stage that are checked so far
+    total: int
+    checks: tuple[Check, ...]
 
 
 class Part(NamedTuple):
@@ -197,8 +220,15 @@ def damage(stage: str, error: Exception) -> Check:
     return Check("file", 1, 1, first=shortened(f"{stage}: {' '.join(what.split())}", 200))
 
 
-def parts_of(check: Callable[[Scope], Iterator[Part]], scope: Scope) -> Iterator[Part]:
+Finder = Callable[[Scope], Iterator[Part]]
+"""A function that yields the parts of a catalogue that it checks."""
+
+
+def parts_of(check: Part | Finder, scope: Scope) -> Iterator[Part]:
     """Yield the parts of a check, and damage that keeps it from finding them."""
+    if isinstance(check, Part):
+        yield check
+        return
     try:
         yield from check(scope)
     except Exception as error:
@@ -214,10 +244,6 @@ def checked_apart(path: Path, part: Part, *asked: Any) -> Checked:
     """Check a part in the file as it is now, which is safe because the rows of a class never change."""
     with reading(path) as connection:
         return part.checked(Scope(connection, *asked))
-
-
-Ids = dict[int, Integers]
-"""Ids of classes or pruned words, in order, for each period."""
 
 
 class Block(NamedTuple):
@@ -244,45 +270,15 @@ def blocks(ids: Ids, size: int = _CLASSES) -> Iterator[Block]:
             yield Block(p, block, done, total)
 
 
-def by_period(scope: Scope, table: str = "cycle", only: Integers | None = None) -> Ids:
-    """Return the ids in `cycle` or `pruned`, or only the given ones, by period.
-
-    Damaged periods are left out: SQLite's own check reports them.
-    """
-    query = f"SELECT id, p FROM {table} WHERE typeof(p) = 'integer' ORDER BY id"
-    rows = np.array(scope.query(query), np.int64).reshape(-1, 2)
-    ids, periods = (rows if only is None else rows[np.isin(rows[:, 0], only)]).T
-    return {p: ids[periods == p] for p in np.unique(periods).tolist()}
-
-
-def sampled(ids: Integers, sample: int | None, rng: np.random.Generator) -> Integers:
-    """Return a random sample of ids, in order, or all ids if there are no more than `sample`."""
-    if sample is None or sample >= len(ids):
-        return ids
-    return np.sort(rng.choice(ids, sample, replace=False))
-
-
-def sampled_classes(scope: Scope, selection: Selection, rng: np.random.Generator) -> Ids:
-    """Return the ids of the chosen classes, or of a random sample of them, by period."""
-    ids = query.select_words(scope.connection, selection).ids
-    return by_period(scope, only=sampled(np.sort(ids[ids > 0]), scope.sample, rng))
-
-
-def stadium_id(scope: Scope, a: float) -> int | None:
-    """Return the id of the stadium with a given a, or None."""
-    number: int | None = scope.scalar("SELECT id FROM stadium WHERE a = ?", (a,))
-    return number
-
-
-def stored_orbits(scope: Scope, number: int, block: Block) -> tuple[Integers, Orbits]:
-    """Return the ids of the classes of a block that have a row at a stadium, and these rows, as stored.
+def stored_orbits(scope: Scope, a: float, block: Block) -> tuple[Integers, Orbits]:
+    """Return the ids of the classes of a block that have a row at one a, and these rows, as stored.
 
     Numbers and coordinates that are missing are NaN.
     """
     names = ("cycle", "status", "coordinates", "iterations", *NUMBERS)
     query = f"""SELECT word, {", ".join(names)} FROM orbit JOIN cycle ON cycle.id = orbit.cycle
-        WHERE stadium = :stadium AND cycle {LISTED} ORDER BY cycle"""
-    rows = scope.query(query, {"stadium": number, "ids": as_list(block.ids)})
+        WHERE stadium = (SELECT id FROM stadium WHERE a = :a) AND cycle {LISTED} ORDER BY cycle"""
+    rows = scope.query(query, a=a, ids=block.ids)
     words, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     values: dict[str, Sequence[Any]] = dict(zip(names, columns, strict=True))
     blank = np.full(block.p, np.nan, dtype="<f8").tobytes()

@@ -27,46 +27,25 @@ from orbitdb.symbols.words import (
     pack,
 )
 from orbitdb.text import format_float
-from orbitdb.verification.checks import (
-    LISTED,
-    Block,
-    Check,
-    Part,
-    Scope,
-    as_list,
-    blocks,
-    by_period,
-    differences,
-    judged,
-    listed,
-    single,
-)
+from orbitdb.verification.checks import LISTED, Block, Check, Part, Scope, blocks, differences
 
 
-def file(scope: Scope) -> Iterator[Part]:
-    """Check the file as SQLite sees it, and all references."""
-    yield Part("file", _integrity)
-    yield Part("references", _references)
-
-
-def _integrity(scope: Scope) -> Iterator[Check]:
+def integrity(scope: Scope) -> Iterator[Check]:
+    """Check the file as SQLite sees it."""
     answer = str(scope.scalar("PRAGMA integrity_check"))
-    yield listed("file", 0, [] if answer == "ok" else [answer])
+    yield Check.listed("file", 0, [] if answer == "ok" else [answer])
     yield Check("file", sum(scope.scalar(f"SELECT count(*) FROM {table}") for table in TABLES))
 
 
-def _references(scope: Scope) -> Iterator[Check]:
+def references(scope: Scope) -> Iterator[Check]:
+    """Check that every reference points to a row."""
     dangling = scope.query("PRAGMA foreign_key_check")
     faults = [f"a row of {child} refers to a missing row of {parent}" for child, _, parent, _ in dangling]
-    yield listed("file", 0, faults)
+    yield Check.listed("file", 0, faults)
 
 
-def counts(scope: Scope) -> Iterator[Part]:
+def counts(scope: Scope) -> Iterator[Check]:
     """Check the words of whole periods against the transfer matrix, and all counts against the rows."""
-    yield Part("counts", _counts)
-
-
-def _counts(scope: Scope) -> Iterator[Check]:
     fills = fill_rows(scope)
     births = scope.records("SELECT * FROM birth_fill")
     sizes = "SELECT p, count(*), sum(class_size) FROM cycle GROUP BY p"
@@ -87,10 +66,10 @@ def _counts(scope: Scope) -> Iterator[Check]:
                 faults = _wrong_counts(row, statuses, stored[row["p"]][0])
             else:
                 faults = _wrong_cursor(scope, row, row["stadium"])
-            yield single("counts", f"p = {row['p']} at a = {format_float(row['a'])}", faults)
+            yield Check.single("counts", f"p = {row['p']} at a = {format_float(row['a'])}", faults)
     for row in births:
         if row["state"] != DONE and scope.chooses(row["p"]):
-            yield single("births", f"p = {row['p']}", _wrong_cursor(scope, row, None))
+            yield Check.single("births", f"p = {row['p']}", _wrong_cursor(scope, row, None))
 
 
 def fill_rows(scope: Scope) -> list[dict[str, Any]]:
@@ -123,15 +102,14 @@ def _wrong_cursor(scope: Scope, row: Mapping[str, Any], number: int | None) -> I
 def classes(scope: Scope) -> Iterator[Part]:
     """Check the classes and pruned words of the chosen periods, or of all periods."""
     for table in ("cycle", "pruned"):
-        ids = by_period(scope, table)
-        for block in blocks({p: of_period for p, of_period in ids.items() if scope.chooses(p)}):
+        for block in blocks(scope.ids(table)):
             yield block.part("classes", partial(_compared, table == "pruned"))
 
 
 def _compared(of_pruned: bool, block: Block, scope: Scope) -> Iterator[Check]:
     """Check rows of `cycle` or `pruned` against the values that follow from their words."""
     query = f"SELECT * FROM {'pruned' if of_pruned else 'cycle'} WHERE id {LISTED}"
-    rows = scope.query(query, {"ids": as_list(block.ids)})
+    rows = scope.query(query, ids=block.ids)
     words = [row[2] for row in rows]
     symbols = from_strings(words)
     broken = rules_broken(symbols)
@@ -141,7 +119,7 @@ def _compared(of_pruned: bool, block: Block, scope: Scope) -> Iterator[Check]:
         for row, columns in zip(rows, expected, strict=True)
     ]
     right = np.array(same) & ((broken > 0) == of_pruned) & are_primitive(symbols)
-    yield judged("classes", words, ~right)
+    yield Check.judged("classes", words, ~right)
 
 
 def _id(word: str, of_pruned: bool, stored: int) -> int:

@@ -33,18 +33,7 @@ from orbitdb.store.writing import Writer, replace_certificates
 from orbitdb.symbols.symmetry import class_of, encloses_nothing
 from orbitdb.symbols.words import to_strings
 from orbitdb.text import format_float
-from orbitdb.verification.checks import (
-    Check,
-    Checked,
-    Scope,
-    blocks,
-    judged,
-    measured,
-    sampled_classes,
-    shares,
-    stadium_id,
-    stored_orbits,
-)
+from orbitdb.verification.checks import Check, Checked, Scope, blocks, shares, stored_orbits
 
 if TYPE_CHECKING:
     from orbitdb.orbits.balls import Enclosure
@@ -66,7 +55,7 @@ class _Path:
     """Closed paths through the stored bounces, and their possible distance from the orbits.
 
     `sine` and `tilt`, shape (2, N, p), refer to the angles between the tangent and the incoming and outgoing
-    path. The other arrays have shape (N, p).
+    path. `place` has shape (N, 1), the other arrays (N, p).
     """
 
     links: Links
@@ -82,7 +71,7 @@ class _Path:
         links = Links.of(stadium, orbits.words, orbits.coordinates)
         curved = ~STRAIGHT[orbits.words]
         rounding = rounding_of_places(stadium)
-        place = np.repeat((orbits.error + rounding)[:, None], curved.shape[1], axis=1)
+        place = (orbits.error + rounding)[:, None]
         cosine = np.stack([links.cos_in, links.cos_out])
         sine = np.sqrt(np.maximum(1 - cosine**2, EPSILON**2))
         turn = 2 * place / np.stack([links.before, links.after])
@@ -105,7 +94,7 @@ class _Path:
         loose_sines = np.where(self.curved, self.tilt.sum(axis=0), 0.0)
         coupling = self.sine[1] * _next(self.sine[0]) / path[1]
         angles = self.sine[1] * self.tilt[1] + _next(self.sine[0] * self.tilt[0])
-        tangents = self.place + _next(self.place) + 4 * EPSILON
+        tangents = 2 * self.place + 4 * EPSILON
         loose_coupling = (angles + tangents) / path[1] + coupling * self.stretch / path[1]
         return own.sum(axis=0), coupling, loose.sum(axis=0) + loose_sines, loose_coupling, sines
 
@@ -140,14 +129,13 @@ def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
     size = np.abs(np.linalg.eigvalsh(_finite(hessian(stadium, part.words, part.coordinates))))
     rounding = rounding_of_places(stadium)
     error = 2 * np.sqrt(p) * (part.residual + 2 * rounding) / size.min(axis=1)
-    bounds = {"error": error, "length_error": p * (size.max(axis=1) * error**2 + 2 * rounding)}
-    part = replace(part, error=error)
-    bounds["area_error"] = enclosed_areas(stadium, part.words, part.coordinates, error)[1]
-    bounds["lyapunov_error"] = _exponents(part, _Path.of(part, stadium))[1]
-    columns = {name: getattr(orbits, name).copy() for name in bounds}
-    for name, values in bounds.items():
-        columns[name][bare] = values
-    return replace(orbits, **columns)
+    length_error = p * (size.max(axis=1) * error**2 + 2 * rounding)
+    area_error = enclosed_areas(stadium, part.words, part.coordinates, error)[1]
+    part = replace(part, error=error, length_error=length_error, area_error=area_error)
+    part = replace(part, lyapunov_error=_exponents(part, _Path.of(part, stadium))[1])
+    bounded = orbits.rows(np.arange(len(orbits)))  # a copy
+    bounded.place(bare, part)
+    return bounded
 
 
 def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
@@ -158,7 +146,7 @@ def check_consistency(orbits: Orbits, stadium: Stadium) -> Iterator[Check]:
     path = _Path.of(orbits, stadium)
     yield _walls(orbits, stadium, path, labels)
     force = np.abs(path.links.cos_in - path.links.cos_out)
-    yield measured("reflection", labels, force.T, ((path.sine + path.tilt) * path.tilt).sum(axis=0).T)
+    yield Check.measured("reflection", labels, force.T, ((path.sine + path.tilt) * path.tilt).sum(axis=0).T)
     yield _length_and_area(orbits, stadium, path, labels)
     yield _lambda(orbits, path, labels)
     if orbits.words.shape[1] <= MAX_DENSE:
@@ -174,7 +162,7 @@ def _walls(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str])
     backwards = np.where(words == np.roll(words, -1, axis=1), sense * (x - _next(x)), 0.0).max(axis=1)
     outside = np.where(orbits.status == Status.BOUNDARY.value, np.abs(margin), -margin)
     deviation = np.stack([outside.clip(0.0), backwards.clip(0.0), np.abs(orbits.margin - margin)])
-    return measured("walls", labels, deviation, path.place[:, 0])
+    return Check.measured("walls", labels, deviation, path.place[:, 0])
 
 
 def _length_and_area(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str]) -> Check:
@@ -195,7 +183,7 @@ def _length_and_area(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequ
     moved = place * total + p * place**2 / 2 + p * EPSILON * (stadium.a + 1) * total
     deviation = np.stack([np.abs(orbits.length - total), np.abs(orbits.area - area)])
     allowed = np.stack([orbits.length_error + second + rounding, orbits.area_error + moved])
-    return measured("lengths", labels, deviation, allowed)
+    return Check.measured("lengths", labels, deviation, allowed)
 
 
 def _lambda(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
@@ -206,7 +194,7 @@ def _lambda(orbits: Orbits, path: _Path, labels: Sequence[str]) -> Check:
     middle, spread = _exponents(orbits, path)
     sure = np.flatnonzero(spread < _VAGUE * (1 + middle))
     deviation, allowed = np.abs(orbits.lyapunov - middle)[sure], (orbits.lyapunov_error + spread)[sure]
-    return measured("lambda", [labels[row] for row in sure.tolist()], deviation, allowed)
+    return Check.measured("lambda", [labels[row] for row in sure.tolist()], deviation, allowed)
 
 
 def _exponents(orbits: Orbits, path: _Path) -> tuple[Floats, Floats]:
@@ -267,7 +255,7 @@ def _hessian(orbits: Orbits, stadium: Stadium, path: _Path, labels: Sequence[str
     allowed += (loose_coupling / coupling)[sure].sum(axis=1) + 8 * p * EPSILON
     allowed += np.tanh(exponent / 2) ** -sign * orbits.lyapunov_error[sure]
     deviation = np.where((eigenvalues > 0).sum(axis=1) == straights, np.abs(identity), np.inf)
-    return measured("Hessian", labels, deviation, allowed)
+    return Check.measured("Hessian", labels, deviation, allowed)
 
 
 BOUNDED = {
@@ -284,13 +272,13 @@ def check_against(stored: Orbits, stadium: Stadium) -> Iterator[Check]:
     sign = np.where(stored.status == Status.DYNAMICAL.value, -1.0, 1.0)
     wrong_side = (stored.status != Status.BOUNDARY.value) & ~(sign * stored.margin >= 0)
     undecided = stored.status == Status.UNRESOLVED.value
-    yield judged("statuses", labels, (stored.status != fresh.status) | wrong_side | undecided)
+    yield Check.judged("statuses", labels, (stored.status != fresh.status) | wrong_side | undecided)
     both = np.flatnonzero(np.isin(stored.status, EXISTING) & np.isin(fresh.status, EXISTING))
     kept, solved = stored.rows(both), fresh.rows(both)
     apart = [np.abs(getattr(kept, name) - getattr(solved, name)) for name in BOUNDED]
     deviation = np.stack([distance.max(axis=1) if distance.ndim == 2 else distance for distance in apart])
     allowed = np.stack([getattr(kept, bound) + getattr(solved, bound) for bound in BOUNDED.values()])
-    yield measured("bounds", [labels[row] for row in both], deviation, allowed)
+    yield Check.measured("bounds", [labels[row] for row in both], deviation, allowed)
 
 
 def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.random.Generator) -> Check:
@@ -309,7 +297,7 @@ def restart(words: NDArray[np.uint8], stadium: Stadium, times: int, rng: np.rand
             again, error = _solved(legs, stadium.a, rng.uniform(low, high))
             rest = np.flatnonzero(error.max(axis=0) < _SETTLED)
             apart, allowed = np.abs(again - first)[:, rest], (error + first_error)[:, rest]
-            joint = joint.joined(measured("restarts", [labels[row] for row in rest], apart, allowed))
+            joint = joint.joined(Check.measured("restarts", [labels[row] for row in rest], apart, allowed))
     return joint
 
 
@@ -334,17 +322,17 @@ def certify(path: Path, selection: Selection, sample: int | None = None, seed: i
     source = Store(path)
     with source.snapshot() as connection:
         scope = Scope(connection, sample=sample)
-        number = stadium_id(scope, selection.a)
+        number = scope.scalar("SELECT id FROM stadium WHERE a = :a", a=selection.a)
         if number is None:
             return
-        chosen = sampled_classes(scope, selection, np.random.default_rng(seed))
-        cycles = scope.query("SELECT cycle FROM certificate WHERE stadium = ?", (number,))
+        chosen = scope.classes(selection, np.random.default_rng(seed))
+        cycles = scope.query("SELECT cycle FROM certificate WHERE stadium = :stadium", stadium=number)
         certified = np.array(cycles, np.int64)
     todo = {p: np.setdiff1d(ids, certified) for p, ids in chosen.items()}
     with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
         for block in blocks(todo, _BATCH):
             with source.snapshot() as connection:
-                ids, stored = stored_orbits(Scope(connection), number, block)
+                ids, stored = stored_orbits(Scope(connection), selection.a, block)
             check, proved, radii, precisions = prove(with_bounds(stored, stadium), stadium)
             rows = zip(ids.tolist(), proved, radii, precisions, strict=True)
             entries = [(of_class, radius, bits) for of_class, is_proved, radius, bits in rows if is_proved]
@@ -376,7 +364,7 @@ def prove(stored: Orbits, stadium: Stadium) -> tuple[Check, list[bool], list[flo
     deviation[:, doubtful], allowed[:, doubtful] = _distances(stored.rows(doubtful), sharper, stadium)
     bits = np.array([ball.precision for ball in enclosed], np.int64)
     bits[doubtful] = [ball.precision for ball in sharper]
-    check = measured("certificates", to_strings(stored.words), deviation, allowed)
+    check = Check.measured("certificates", to_strings(stored.words), deviation, allowed)
     proved = np.all(shares(deviation, allowed) <= 1, axis=0)
     return check, proved.tolist(), deviation[0].tolist(), bits.tolist()
 

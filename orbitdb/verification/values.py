@@ -11,44 +11,53 @@ from orbitdb.filling.fill import METHODS
 from orbitdb.orbits.births import JOINTS
 from orbitdb.orbits.status import EXISTING, NUMBERS, Status
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.tables import BORN, DIED, DONE, FILLING
+from orbitdb.store.tables import BORN, DIED, DONE, FILLING, TABLES
 from orbitdb.symbols.symmetry import ELEMENT_ROWS
 from orbitdb.symbols.words import MAX_KEYED
-from orbitdb.verification.checks import Check, Part, Scope, listed
+from orbitdb.verification.checks import Check, Scope
 
 
 def _one_of(name: str, allowed: Iterable[str]) -> str:
     return f"{name} IN ({', '.join(repr(str(value)) for value in allowed)})"
 
 
-def _not_negative(*names: str) -> dict[str, str]:
-    return {name: f"{name} BETWEEN 0 AND 1e300" for name in names}
-
-
 _A = f"a BETWEEN {MIN_A!r} AND {MAX_A!r}"
-_PERIOD = f"p BETWEEN 2 AND {MAX_KEYED}"
-_STATE = _one_of("state", (DONE, FILLING))
 _EXISTS = _one_of("status", EXISTING)
-_CURSOR = f"""iif(cursor IS NULL, state = '{FILLING}' AND words = 0,
-    length(cursor) = p AND cursor NOT GLOB '*[^0-7]*'
-    AND (state = '{FILLING}' OR cursor NOT GLOB '*[^7]*'))"""
-"""The packed symbols up to which everything is stored; in the end, those are the last of the period."""
 _COUNTED = f"(state = '{DONE}') = ({{name}} IS NOT NULL)"
 """Counts are stored when a period is done."""
-_VERSION = "version GLOB '[0-9]*.[0-9]*'"
 _FREE_PATH = f"{math.pi} * ({math.pi} + 4 * a) / (2 * {math.pi} + 4 * a)"
 """The mean length of a link, pi times the area divided by the perimeter."""
 _ERRORS = [name for name in NUMBERS if name.endswith("error")]
+_NOT_NEGATIVE = (
+    "commits", "iterations", "seconds", "words", "enumerating", "solving", "storing", "processor", "below",
+    "lambda_d_error", "lambda_c_error", "mean_free_path_error",
+)  # fmt: skip
 
-RULES: Mapping[str, Mapping[str, str]] = {
-    "stadium": {"a": _A},
+_ANYWHERE: Mapping[str, str] = {
+    "a": _A,
+    "p": f"p BETWEEN 2 AND {MAX_KEYED}",
+    "state": _one_of("state", (DONE, FILLING)),
+    # the packed symbols up to which everything is stored; in the end, those are the last of the period
+    "cursor": f"""iif(cursor IS NULL, state = '{FILLING}' AND words = 0,
+        length(cursor) = p AND cursor NOT GLOB '*[^0-7]*'
+        AND (state = '{FILLING}' OR cursor NOT GLOB '*[^7]*'))""",
+    "version": "version GLOB '[0-9]*.[0-9]*'",
+    "parity": _one_of("parity", Parity),
+    **{name: f"{name} BETWEEN 0 AND 1e300" for name in _NOT_NEGATIVE},
+}
+"""Conditions on columns of the same name in any table, unless the table has its own."""
+
+_OWN: Mapping[str, Mapping[str, str]] = {
+    "stadium": {},
     "run": {
         "started": "julianday(started) > julianday('2020-01-01')",
-        "version": _VERSION,
         "parameters": "json_type(iif(json_valid(parameters), parameters, '0')) = 'object'",
-        **_not_negative("commits"),
     },
-    "cycle": {"p": "p = length(word)", "class_size": "class_size BETWEEN 1 AND 8"},
+    "cycle": {
+        "p": "p = length(word)",
+        "class_size": "class_size BETWEEN 1 AND 8",
+        "words": "length(words) = p * class_size",
+    },
     "pruned": {"p": "p = length(word)"},
     "orbit": {
         "status": _one_of("status", Status),
@@ -60,21 +69,13 @@ RULES: Mapping[str, Mapping[str, str]] = {
             for name in _ERRORS
         },
         "residual": f"iif({_EXISTS}, residual BETWEEN 0 AND 1, residual IS NULL)",
-        **_not_negative("iterations"),
         "solver": _one_of("solver", METHODS),
     },
-    "fill": {
-        "p": _PERIOD,
-        "state": _STATE,
-        "cursor": _CURSOR,
-        **_not_negative("seconds", "words", "enumerating", "solving", "storing"),
-        **{name: _COUNTED.format(name=name) for name in ("primitive", "n_t", "n_c", "classes", "boundary")},
-    },
+    "fill": {name: _COUNTED.format(name=name) for name in ("primitive", "n_t", "n_c", "classes", "boundary")},
     "certificate": {
         "radius": """radius >= 0 AND radius <= (SELECT coalesce(max(error), 1e300) FROM orbit
             WHERE orbit.stadium = certificate.stadium AND orbit.cycle = certificate.cycle)""",
         "bits": "bits BETWEEN 53 AND 1000000",
-        "version": _VERSION,
     },
     "change": {
         "number": "number >= 1",
@@ -86,50 +87,31 @@ RULES: Mapping[str, Mapping[str, str]] = {
         "event": "coalesce(event, 1) >= 1",
         "slope": f"(slope IS NULL) = (a = 0) AND coalesce((slope > 0) = (kind = '{BORN}'), TRUE)",
     },
-    "birth_fill": {
-        "p": _PERIOD,
-        "state": _STATE,
-        "cursor": _CURSOR,
-        **_not_negative("seconds", "words"),
-        **{name: _COUNTED.format(name=name) for name in ("classes", "births", "deaths", "always")},
-    },
+    "birth_fill": {name: _COUNTED.format(name=name) for name in ("classes", "births", "deaths", "always")},
     "trajectory": {
         "bounces": "bounces >= 1",
         "groups": "groups BETWEEN 1 AND bounces",
         "seed": "seed != '' AND seed NOT GLOB '*[^0-9]*'",
-        **_not_negative("lambda_d_error", "lambda_c_error", "mean_free_path_error"),
         "lambda_c": f"""abs(lambda_c * (SELECT {_FREE_PATH} FROM stadium WHERE id = trajectory.stadium)
             - lambda_d) <= 8 * lambda_d_error + 1e-9""",
         "mean_free_path": f"""abs(mean_free_path - (SELECT {_FREE_PATH} FROM stadium
             WHERE id = trajectory.stadium)) <= 8 * mean_free_path_error + 1e-9""",
     },
     "entropy_bound": {
-        "a": _A,
         "proof": "proof IN ('doubles', 'balls')",
         "edges": "edges BETWEEN 1 AND 1000",
         "lower": "lower BETWEEN 0 AND upper",
         "upper": "upper BETWEEN 0 AND 1.21875573",  # of the rules alone, at any a
         "undecided": "undecided BETWEEN 0 AND windows",
     },
-    "level_fill": {
-        "a": _A,
-        "parity": _one_of("parity", Parity),
-        "low": "low BETWEEN 0 AND high",
-        **_not_negative("below", "seconds"),
-    },
+    "level_fill": {"low": "low BETWEEN 0 AND high"},
     "level": {
-        "a": _A,
-        "parity": _one_of("parity", Parity),
         "number": "number >= 1",
         "k": """EXISTS (SELECT 1 FROM level_fill WHERE level_fill.a = level.a
             AND level_fill.parity = level.parity AND k >= low AND k < high AND number > below)""",
         "error": "error BETWEEN 0 AND 0.1 * k",
     },
     "sweep": {
-        "p": _PERIOD,
-        "state": _STATE,
-        "cursor": _CURSOR,
-        **_not_negative("seconds", "processor"),
         "blocks": "blocks >= (state = 'done')",
         "sums": _COUNTED.format(name="sums"),
         "run": _COUNTED.format(name="run"),
@@ -141,25 +123,26 @@ RULES: Mapping[str, Mapping[str, str]] = {
         "moments": "length(moments) % 8 = 0",
     },
 }
+"""The other conditions, by table and column."""
+
+RULES = {
+    table: {name: rule for name, rule in _ANYWHERE.items() if name in TABLES[table].c} | dict(own)
+    for table, own in _OWN.items()
+}
 """For each column of a table, a condition that all its values fulfil."""
 
 
-def values(scope: Scope) -> Iterator[Part]:
+def values(scope: Scope) -> Iterator[Check]:
     """Check every value by itself."""
-    yield Part("values", _values)
-
-
-def _values(scope: Scope) -> Iterator[Check]:
     for table, rules in RULES.items():
         counts = ", ".join(f"sum(NOT coalesce({rule}, FALSE))" for rule in rules.values())
-        (wrong,) = scope.query(f"SELECT {counts} FROM {table}")
+        ((rows, *wrong),) = scope.query(f"SELECT count(*), {counts} FROM {table}")
         faults = [
             f"{table}.{name} has {count} impossible value{'s' * (count > 1)}"
             for name, count in zip(rules, wrong, strict=True)
             if count
         ]
-        rows = scope.scalar(f"SELECT count(*) FROM {table}")
-        yield listed("values", rows, faults)
+        yield Check.listed("values", rows, faults)
     stored = set(scope.query("SELECT symmetry, n, element FROM element"))
     faults = [f"element: {row} is missing or wrong" for row in sorted(stored ^ set(ELEMENT_ROWS), key=repr)]
-    yield listed("values", len(ELEMENT_ROWS), faults)
+    yield Check.listed("values", len(ELEMENT_ROWS), faults)

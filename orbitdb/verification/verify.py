@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import check_int
 from orbitdb.extras import data_frame
 from orbitdb.filling.workers import HERE, Workers, at_work
 from orbitdb.orbits.status import EXISTING
@@ -25,7 +24,7 @@ from orbitdb.store.file import reading
 from orbitdb.store.paths import check_same_file, file_id
 from orbitdb.store.selection import Selection
 from orbitdb.text import format_float, several
-from orbitdb.verification.births_sweeps_levels import births, levels, lives, sweeps
+from orbitdb.verification.births_sweeps_levels import births, check_births, check_sweeps, levels, lives
 from orbitdb.verification.checks import (
     Block,
     Check,
@@ -35,11 +34,9 @@ from orbitdb.verification.checks import (
     blocks,
     checked_apart,
     parts_of,
-    sampled_classes,
-    stadium_id,
     stored_orbits,
 )
-from orbitdb.verification.classes import classes, counts, file
+from orbitdb.verification.classes import classes, counts, integrity, references
 from orbitdb.verification.orbits import certify, check_against, check_consistency, restart, with_bounds
 from orbitdb.verification.values import values
 
@@ -85,9 +82,9 @@ def verify(
 
     Parameters
     ----------
-    moment : Connection
-        The moment at which to check. Workers read each part at a later moment, which is safe because a fill
-        never changes the rows of existing classes.
+    connection : Connection
+        The snapshot to check. Workers read each part in a later one, which is safe because a fill never
+        changes the rows of existing classes.
     selections : sequence of Selection
         What to check, one for each a. The file itself is always checked. Counts, births and the words of
         classes are checked in the chosen periods, or in all periods if there are no selections; orbits are
@@ -132,16 +129,13 @@ def orbits(scope: Scope) -> Iterator[Part]:
     """Check the rows of the chosen classes, or of a random sample of them, at every a."""
     rng = np.random.default_rng(scope.seed)
     for selection in scope.selections:
-        for block in blocks(sampled_classes(scope, selection, rng)):
+        for block in blocks(scope.classes(selection, rng)):
             yield block.part(f"orbits at a = {format_float(selection.a)}", partial(_orbits, selection.a))
 
 
 def _orbits(a: float, block: Block, scope: Scope) -> Iterator[Check]:
     """Check the rows of a block at a given a."""
-    number = stadium_id(scope, a)
-    if number is None:
-        return
-    _, stored = stored_orbits(scope, number, block)
+    _, stored = stored_orbits(scope, a, block)
     if not len(stored):
         return
     stadium = Stadium(a)
@@ -156,8 +150,11 @@ def _orbits(a: float, block: Block, scope: Scope) -> Iterator[Check]:
     yield from (check.at(f"at a = {format_float(a)}") for check in checks)
 
 
-CHECKS = (file, values, counts, classes, orbits, births, levels, sweeps)
-"""Functions that yield the parts of a catalogue that they check, in the order in which they run."""
+CHECKS = (
+    Part("file", integrity), Part("references", references), Part("values", values), Part("counts", counts),
+    classes, orbits, Part("births", check_births), births, levels, Part("sweeps", check_sweeps),
+)  # fmt: skip
+"""What is checked, in order: parts of the catalogue, and functions that yield the parts that they check."""
 
 
 def verifiable(connection: Connection) -> list[float]:
@@ -240,15 +237,7 @@ def verified(
     """Verify a catalogue, in several processes if it is large; if `rigorous`, also prove its rows.
 
     The other parameters are those of `verify` and `orbitdb.verification.orbits.certify`.
-
-    Raises
-    ------
-    InputError
-        If the sample is below 1, or the number of restarts below 0.
     """
-    if sample is not None:
-        check_int("sample", sample)
-    check_int("restarts", restarts, 0)
 
     def steps() -> Generator[Checked]:
         opened = file_id(path)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 from contents import ask, checks
-from processes import run_here
 
 from orbitdb.store.selection import Selection
 
@@ -63,73 +62,34 @@ ALTERATIONS = {
 }  # fmt: skip
 """By name, the statements that alter the file, and the check that must fail."""
 
-COMMANDS = [
-    ["fill", "--p", "5"],
-    ["fill", "--p", "4", "--a", "0.5"],
-    ["fill", "--p", "2-3", "--geometric"],
-    ["fill", "--code", "1^30 5^29"],
-    ["fill", "--code", "0^30 1"],
-    ["births", "--p", "7"],
-    ["sweep", "--p", "7"],
-    ["verify", "--rigorous", "--p", "2-4", "--a", "1.6"],
-]
-OF_LEVELS = [["levels", "--k", "0:4", "--parity", "oo"]]
-"""In a separate file, because checking levels takes a second."""
 
-
-def made(path: Path, commands: list[list[str]]) -> Path:
-    for command, code, err in run_here(commands, path):
-        assert code == 0, (command, err)
-    return path
-
-
-@pytest.fixture(scope="module")
-def sound(made_once) -> Path:
-    return made_once("sound", lambda path: made(path, COMMANDS))
-
-
-@pytest.fixture(scope="module")
-def sound_levels(made_once) -> Path:
-    return made_once("sound-levels", lambda path: made(path, OF_LEVELS))
-
-
-def failing(path: Path) -> set[str]:
-    return {name for name, check in checks(path).items() if check.failures}
-
-
-@pytest.mark.parametrize("name", ["sound", "sound_levels"])
-def test_the_files_are_sound_before(request, name):
-    assert failing(request.getfixturevalue(name)) == set()
-
-
-def test_only_births_of_chosen_periods_are_checked_again(sound):
+def test_only_births_of_chosen_periods_are_checked_again(files):
     of_them = "SELECT count(*) FROM change JOIN cycle ON id = cycle WHERE p BETWEEN 4 AND 6"
-    ((rows,),) = ask(sound, of_them)
-    found = checks(sound, Selection(periods=((4, 6),)))["births"]
+    ((rows,),) = ask(files["whole"], of_them)
+    found = checks(files["whole"], Selection(periods=((4, 6),)))["births"]
     assert found.rows == rows + 3  # and the counts of three fills
     assert not found.failures
 
 
-def test_levels_are_checked_at_the_chosen_a_unless_words_are_chosen(sound_levels, cli):
-    db = ["--db", str(sound_levels)]
+def test_levels_are_checked_at_the_chosen_a_unless_words_are_chosen(files, cli):
+    db = ["--db", str(files["levels"])]
     nothing = cli("verify", "--p", "2-4", "--json", *db)
     assert nothing.code == 1
     assert "levels" not in nothing.out
     assert "1 quantum level" in cli("verify", *db).err
     for other in (Selection(1.0), Selection(periods=((2, 4),)), Selection(where="length < 9")):
-        assert "levels" not in checks(sound_levels, other)
-    assert checks(sound_levels, Selection(1.6))["levels"].rows > 0
+        assert "levels" not in checks(files["levels"], other)
+    assert checks(files["levels"], Selection(1.6))["levels"].rows > 0
 
 
 @pytest.mark.parametrize("name", ALTERATIONS)
-def test_every_alteration_is_found(request, tmp_path, name):
+def test_every_alteration_is_found(files, tmp_path, name):
     statement, check = ALTERATIONS[name]
-    source = request.getfixturevalue("sound_levels" if "level" in name else "sound")
-    path = Path(shutil.copy(source, tmp_path / "altered.db"))
+    path = Path(shutil.copy(files["levels" if "level" in name else "whole"], tmp_path / "altered.db"))
     with closing(sqlite3.connect(path)) as plain, plain:
         plain.execute("PRAGMA foreign_keys = OFF")
         first, *others = statement.split(";")
         assert plain.execute(first).rowcount > 0
         for each in others:
             plain.execute(each)
-    assert check in failing(path)
+    assert checks(path)[check].failures

@@ -10,7 +10,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from processes import run_here
+from alterations import make, middle_row
 from quick import fuzz_but
 
 from orbitdb.verification.verify import PROMISES
@@ -59,11 +59,7 @@ ALL = [(table, name, value) for table, names in COLUMNS.items() for name in name
 
 @pytest.fixture(scope="module")
 def whole(made_once) -> Path:
-    def make(path: Path) -> None:
-        for command, code, err in run_here(COMMANDS, path):
-            assert code == 0, (command, err)
-
-    return made_once("damaged-values", make)
+    return made_once("damaged-values", lambda path: make(path, COMMANDS))
 
 
 def put(path: Path, table: str, column: str, value: str) -> None:
@@ -80,12 +76,7 @@ def put(path: Path, table: str, column: str, value: str) -> None:
         plain.execute(f"PRAGMA schema_version = {version + 1}")
     with closing(sqlite3.connect(path, isolation_level=None)) as plain:
         plain.execute("PRAGMA foreign_keys = OFF")
-        keys = [row[1] for row in plain.execute(f"PRAGMA table_info({table})") if row[5]]
-        ((count,),) = plain.execute(f"SELECT count(*) FROM {table}").fetchall()
-        own = plain.execute(
-            f"SELECT {', '.join(keys)} FROM {table} LIMIT 1 OFFSET ?", (count // 2,)
-        ).fetchone()
-        this = " AND ".join(f"{key} = ?" for key in keys)
+        this, own = middle_row(plain, table)
         try:
             plain.execute(f"UPDATE {table} SET {column} = {value} WHERE {this}", own)
         except sqlite3.Error as error:

@@ -3,35 +3,17 @@
 import shutil
 import sqlite3
 from contextlib import closing
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import pytest
-from processes import run_here
+from alterations import middle_row
 
-from orbitdb.filling import sweeps
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
 from orbitdb.verification.verify import report, verifiable, verify
 
 pytestmark = pytest.mark.slow
-
-COMMANDS = [
-    ["fill", "--p", "5"],
-    ["fill", "--p", "4", "--a", "0.5"],
-    ["fill", "--p", "3", "--a", "2", "--method", "relaxation"],
-    ["fill", "--p", "2-3", "--geometric"],
-    ["fill", "--code", "1^30 5^29"],
-    ["fill", "--code", "0^30 1"],
-    ["births", "--p", "7"],
-    ["sweep", "--p", "7"],
-    ["verify", "--rigorous", "--p", "2-4", "--a", "1.6"],
-    ["simulate", "--bounces", "3000"],
-    ["bounds", "--window", "5"],
-]
-LEVELS = [["levels", "--k", "0:4", "--parity", "oo"]]
-"""In a file of their own, because checking them takes a second."""
 
 CANNOT = {
     "run": {"started", "version", "parameters", "commits"},
@@ -51,27 +33,6 @@ CANNOT = {
     "sweep_block": {"number", "sums", "moments"},
 }  # fmt: skip
 """Columns in which a small change goes unnoticed: docs/faults.md says so. Impossible values are found."""
-
-
-def _make(path: Path, commands: list[list[str]]) -> None:
-    for command, code, err in run_here(commands, path):
-        assert code == 0, (command, err)
-
-
-@pytest.fixture(scope="module")
-def files(made_once) -> dict[str, Path]:
-    def make(path: Path) -> None:
-        _make(path, COMMANDS)
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(sweeps, "CLASSES", 8)
-            going = sweeps.sweep_periods(path, 0.5, [7])
-            list(islice(going, 2))
-            going.close()
-
-    return {
-        "whole": made_once("every-column", make),
-        "levels": made_once("every-column-levels", lambda path: _make(path, LEVELS)),
-    }
 
 
 SMALL = {
@@ -102,13 +63,7 @@ def altered(source: Path, path: Path, table: str, column: str, value: Any) -> bo
     shutil.copy(source, path)
     with closing(sqlite3.connect(path)) as plain, plain:
         plain.execute("PRAGMA foreign_keys = OFF")
-        described = plain.execute(f"PRAGMA table_info({table})").fetchall()
-        keys = ", ".join(name for _, name, _, _, _, key in described if key)
-        where = TYPICAL.get(table, "TRUE")
-        order = f"FROM {table} WHERE {where} ORDER BY {keys} LIMIT 1"
-        offset = f"(SELECT count(*) / 2 FROM {table} WHERE {where})"
-        own = plain.execute(f"SELECT {keys} {order} OFFSET {offset}").fetchone()
-        this = " AND ".join(f"{key} = ?" for key in keys.split(", "))
+        this, own = middle_row(plain, table, TYPICAL.get(table, "TRUE"))
         ((before,),) = plain.execute(f"SELECT {column} FROM {table} WHERE {this}", own)
         after = value(before) if callable(value) else value
         if before is None or after == before:

@@ -15,7 +15,7 @@ from orbitdb.filling.workers import Processes
 from orbitdb.orbits.status import Status
 from orbitdb.store.file import migrate, reading
 from orbitdb.store.selection import Selection
-from orbitdb.verification.checks import Check, blocks, measured
+from orbitdb.verification.checks import Check, blocks
 from orbitdb.verification.verify import PROMISES, verify
 
 SEQUENCES, CLASSES = 3197, 498  # p = 2..8
@@ -182,12 +182,12 @@ def test_an_unfinished_period_is_not_a_failure(tmp_path):
 
 
 def test_joined_checks_keep_the_worst_of_all_rows():
-    first = measured("x", ["a", "b"], np.array([1.0, 2.0]), np.array([4.0, 4.0]))
-    second = measured("x", ["c", "d", "e"], np.array([3.0, np.nan, 0.0]), np.array([1.0, 1.0, 0.0]))
+    first = Check.measured("x", ["a", "b"], np.array([1.0, 2.0]), np.array([4.0, 4.0]))
+    second = Check.measured("x", ["c", "d", "e"], np.array([3.0, np.nan, 0.0]), np.array([1.0, 1.0, 0.0]))
     assert first == Check("x", 2, 0, 2.0, 0.5, None)
     joined = first.joined(second)
     assert (joined.rows, joined.failures, joined.share, joined.first) == (5, 2, np.inf, "c")
-    assert measured("x", [], np.zeros(0), np.zeros(0)) == Check("x", 0)
+    assert Check.measured("x", [], np.zeros(0), np.zeros(0)) == Check("x", 0)
 
 
 def test_the_progress_of_every_stage_reaches_its_total(filled):
