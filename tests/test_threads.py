@@ -26,6 +26,7 @@ def many_switches():
     sys.setswitchinterval(before)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("many_switches")
 def test_ball_arithmetic_does_not_depend_on_the_users_precision_and_restores_it():
     def solved(word: str) -> list[float | None]:

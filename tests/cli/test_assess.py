@@ -64,6 +64,7 @@ def test_numbers_have_probabilities(cli, own, exact, tmp_path):
     assert all(0.9 < row["probability"] <= 0.999 for row in rows)
 
 
+@pytest.mark.slow
 def test_levels_can_be_given_as_energies_or_frequencies(cli, own, exact, tmp_path):
     few = np.delete(exact, 9)
     energies = written(tmp_path / "energy.csv", (few**2).tolist(), "energy\n")

@@ -102,6 +102,7 @@ def test_weak_stored_bounds_do_not_replace_better_ones(cli, varied, own):
     assert "h <" not in shown.err  # the bounds are those of all orbits
 
 
+@pytest.mark.slow
 def test_ctrl_c_still_shows_the_rows_computed_so_far():
     child = spawn("bounds", "--time", "600")
     child.expect("[5-9] letters")

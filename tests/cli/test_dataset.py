@@ -63,6 +63,7 @@ def read_csv(path):
     return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
 
 
+@pytest.mark.slow
 def test_other_tools_read_the_same_orbits_as_the_catalogue(known, folder):
     frame = pandas.read_parquet(folder / "orbits")
     rows = ask(Path(known), "SELECT a, code, status, length FROM catalogue")

@@ -182,6 +182,7 @@ def test_an_output_through_a_link_replaces_its_target_and_keeps_the_mode(varied,
     assert target.read_text() != "old"
 
 
+@pytest.mark.slow
 def test_settings_of_a_notebook_or_of_latex_do_not_stop_a_figure(varied, tmp_path):
     (tmp_path / "matplotlibrc").write_text("text.usetex: True\n")
     settings = os.environ | {"MPLBACKEND": "module://missing", "PATH": str(tmp_path)}

@@ -160,6 +160,7 @@ def test_levels_of_all_parities_end_with_the_shortest_list(filled):
     assert catalogue.levels(9, parity="oo").k.tolist() == stored["oo"]
 
 
+@pytest.mark.slow
 def test_levels_from_orbits_and_lengths_of_a_spectrum_lie_in_the_range_that_was_asked_for(awkward, cli):
     asked = ("levels", "--method", "orbits", "--a", "1.6", "--parity", "oo", "--json", "--k")
     whole, part = (json.loads(cli(*asked, k).out) for k in ("0:9", "7:9"))

@@ -151,6 +151,7 @@ runpy.run_module("orbitdb", run_name="__main__", alter_sys=True)
 """
 
 
+@pytest.mark.slow
 def test_the_source_folder_runs_without_installation(tmp_path):
     root = Path(orbitdb.__file__).parents[1]
     command = [sys.executable, "-c", AS_A_MODULE, "migrate", "--db", str(tmp_path / "new.db")]

@@ -45,6 +45,7 @@ def test_a_word_that_dies_for_good_has_no_further_birth(awkward, cli):
     assert ended["reborn"] is None
 
 
+@pytest.mark.slow
 def test_the_table_of_an_unfilled_a_comes_from_births(cli, born):
     unfilled = cli("table", "--a", "1", "--json")
     assert unfilled.code == 0

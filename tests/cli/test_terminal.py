@@ -116,6 +116,7 @@ def test_a_fill_and_two_queries_show_on_screen_what_files_get(varied, tmp_path):
     on_screens_as_in_files(A_FEW, A_FEW_QUIET, tmp_path, ORBITDB_DB=str(varied))
 
 
+@pytest.mark.slow
 def test_info_fits_into_the_terminal(cli, tmp_path):
     for command in ("fill", "--p", "4"), ("bounds", "--window", "2", "--prove"):
         assert cli(*command, "--a", "0.30000000000000004").code == 0

@@ -138,6 +138,7 @@ print("always")
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
 def test_ctrl_c_is_never_a_refusal(own):
     """It may arrive in any function of Python that SQLite calls, which hides every exception."""

@@ -77,6 +77,7 @@ print(next(rows)[0])
 """
 
 
+@pytest.mark.slow
 def test_rows_that_were_not_read_to_their_end_leave_no_journal_and_no_noise(filled):
     done = run(filled, command=[sys.executable, "-P", "-W", "error", "-c", UNFINISHED])
     assert (done.returncode, done.stdout, done.stderr) == (0, "13\n", "")

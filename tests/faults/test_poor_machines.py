@@ -84,6 +84,7 @@ def test_what_stands_for_no_half_length_is_refused(a):
         Stadium(a)
 
 
+@pytest.mark.slow
 def test_a_changed_decimal_context_changes_no_answer(filled, cli):
     """Neither the precision nor the traps of whoever calls the library."""
     commands = [

@@ -11,6 +11,7 @@ from typing import Any, Self
 import pytest
 from contents import rows
 from processes import run, workers_of
+from quick import slow_but
 from workforce import Deadly, Failing, filled_by, killed_while_sending, later
 
 from orbitdb.billiard.arithmetic import arithmetic
@@ -59,6 +60,7 @@ class Counted:
         return next(self.left)
 
 
+@pytest.mark.slow
 def test_results_come_in_order_and_few_blocks_run_ahead():
     slow: list[Task[int]] = [partial(later, 0.02 * (n % 3), n) for n in range(20)]
     with Processes(2) as workers:
@@ -88,7 +90,7 @@ def test_a_dead_worker_ends_the_work_with_one_line():
     assert not workers_of(os.getpid())
 
 
-@pytest.mark.parametrize("part", [0, 1e-5, 0.5, 0.999999])
+@pytest.mark.parametrize("part", slow_but([0.5], [0, 1e-5, 0.5, 0.999999]))
 def test_a_worker_killed_while_it_sends_a_result_ends_the_work(part):
     with Processes(2) as workers:
         blocks: list[Task[Any]] = [partial(int, 5), partial(killed_while_sending, part)]
@@ -144,6 +146,7 @@ def test_a_worker_killed_between_blocks_ends_the_work_and_the_same_fill_goes_on(
     assert rows(filled_by(HERE, path, periods=(8,))) == rows(filled_by(HERE, tmp_path / "a.db", periods=(8,)))
 
 
+@pytest.mark.slow
 def test_a_script_without_a_guard_or_a_file_can_use_processes():
     """Workers do not run the script that started them."""
     script = """

@@ -61,6 +61,7 @@ def test_titles_fit_into_their_figures(known, kind, where):
     assert made.get_suptitle().endswith("...") == (where is not None and len(where) > 100)
 
 
+@pytest.mark.slow
 def test_the_figure_of_entropy_shows_whole_periods_and_proved_bounds(known):
     made = draw("entropy", known, WHOLE, 0)
     (ax,) = made.axes

@@ -54,6 +54,7 @@ def test_words_from_stdin_are_drawn_in_order(cli, filled, drawn, tmp_path, monke
     assert "001 at a = 1.6 cannot be drawn: geometrically pruned" in found.err
 
 
+@pytest.mark.slow
 def test_a_figure_has_the_given_size_resolution_and_title(cli, filled, drawn, tmp_path):
     path = tmp_path / "f.png"
     asked = ("--size", "5x4", "--dpi", "50", "--title", "Mine", "--p", "3", "-o", str(path))
@@ -77,6 +78,7 @@ def test_a_sheet_fills_the_given_size_and_its_text_stays_text(cli, filled, drawn
     assert f">{labels(drawn[-1])[0]}</text>" in path.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_several_half_lengths_are_drawn_together(cli, varied, drawn, tmp_path):
     for kind in ("lyapunov", "lengths"):
         asked = ("plot", kind, "--a", "1", "--a", "1.6", "-o", str(tmp_path / "f.png"), "--force")

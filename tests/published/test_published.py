@@ -79,7 +79,7 @@ def test_proved_bounds_on_the_entropy_lie_between_the_published_ones(a):
 @pytest.mark.parametrize(
     ("name", "levels", "first", "gaps"),
     [
-        ("k100", 108, 1377, [(101.386919, 101.605151, 7)]),
+        pytest.param("k100", 108, 1377, [(101.386919, 101.605151, 7)], marks=pytest.mark.slow),
         ("k104", 166, 1492, [(106.998214, 107.208064, 6), (108.395894, 108.601001, 6)]),
     ],
 )

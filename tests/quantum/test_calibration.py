@@ -17,6 +17,7 @@ def catalogue(tmp_path_factory):
     return made
 
 
+@pytest.mark.slow
 def test_a_few_windows_are_judged_rightly(catalogue, exact_once):
     tally = measure(catalogue, windows(np.random.default_rng(7), 1.6, "oo", exact_once, 8))
     assert tally.first >= 7

@@ -1,6 +1,7 @@
 """Codes in expressions find words in any rotation; errors in expressions are reported."""
 
 import pytest
+from quick import slow_but
 from there import there
 
 from orbitdb import Catalogue
@@ -98,7 +99,9 @@ def test_a_pattern_longer_than_a_word_is_read_round_and_round(varied):
             assert set(catalogue.select(chosen).code.tolist()) == wanted != set()
 
 
-@pytest.mark.parametrize("pattern", ["0202", "131", "1", "4", "54", "0131", "1232131", "555", "31313"])
+@pytest.mark.parametrize(
+    "pattern", slow_but(["0202", "1"], ["0202", "131", "1", "4", "54", "0131", "1232131", "555", "31313"])
+)
 @pytest.mark.parametrize(
     "where", ["contains(code, '{}')", "code like '%{}%'", "code LIKE '{}%'", "code='{}'", "code like '%{}'"]
 )

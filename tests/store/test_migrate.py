@@ -70,6 +70,7 @@ def alembic(path: Path, *command: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_a_new_file_has_the_schema_to_which_the_revisions_lead(tmp_path):
     made, upgraded = tmp_path / "made.db", tmp_path / "upgraded.db"
     Catalogue.create(made)

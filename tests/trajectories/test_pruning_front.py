@@ -88,7 +88,7 @@ def test_the_flow_from_a_bounce_has_the_letters_of_its_word(a):
     np.testing.assert_allclose(found.reshape(*words.shape, 2), symbol_plane(words), rtol=0, atol=1e-4)
 
 
-@pytest.mark.parametrize("a", slow_but([0.5, 1.6, 5.0], [0.1, 0.5, 0.73, 1.0, 1.57, 1.6, 2.3, 5.0]))
+@pytest.mark.parametrize("a", slow_but([1.6], [0.1, 0.5, 0.73, 1.0, 1.57, 1.6, 2.3, 5.0]))
 def test_every_status_follows_from_the_front(a):
     """The solver and the front share nothing. Orbits through joints, as at a = 0.5, are not allowed."""
     front = PruningFront(a)

@@ -119,6 +119,7 @@ def begun(begun_once: Path, tmp_path: Path) -> Path:
     return Path(shutil.copy(begun_once, tmp_path / "orbits.db"))
 
 
+@pytest.mark.slow
 def test_an_unfinished_period_does_not_hide_later_ones(begun, monkeypatch):
     list(fill_periods(begun, 1.6, [5]))
     alter(begun, "UPDATE fill SET state = 'filling', n_c = NULL")

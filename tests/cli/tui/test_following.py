@@ -62,6 +62,7 @@ def test_the_bar_shows_lives_and_position():
     assert bar([(0.0, None)], 1e-4, 6) == "━━━━━━"
 
 
+@pytest.mark.slow
 async def test_the_orbit_is_followed_while_the_rows_stay(varied):
     async with browsing(varied, LARGE) as (app, pilot):
         side, facts = app.screen.side, app.screen.query_one(FactsPanel)

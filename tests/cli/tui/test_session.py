@@ -246,6 +246,7 @@ async def test_the_screen_says_that_the_shown_word_is_not_stored(varied):
         assert "2 of 397" in shown(app)
 
 
+@pytest.mark.slow
 async def test_keys_that_arrive_at_once_scroll_as_far_as_single_ones(filled_once):
     async with browsing(filled_once) as (app, pilot):
         await press(pilot, "enter")
@@ -257,6 +258,7 @@ async def test_keys_that_arrive_at_once_scroll_as_far_as_single_ones(filled_once
         assert (box.scroll_x, box.scroll_y) == (2, box.container_size.height + 3)
 
 
+@pytest.mark.slow
 async def test_a_wider_window_has_no_columns_hidden_from_a_narrower_one(filled_once):
     async with browsing(filled_once) as (app, pilot):
         await press(pilot, *"lllllll")

@@ -86,6 +86,7 @@ async def test_a_particle_runs_and_phase_space_shows_the_bounces(filled):
         assert not drawing.phase
 
 
+@pytest.mark.slow
 def test_statistics_of_a_subset_count_only_its_words(filled):
     from orbitdb.cli.tui.statistics_screen import curves_of
     from orbitdb.orbits.exponents import OrbitClasses
@@ -207,6 +208,7 @@ async def test_an_export_in_progress_is_not_repeated_and_quitting_asks_first(fil
         assert not app.exports
 
 
+@pytest.mark.slow
 async def test_quitting_right_after_an_export_begins_asks_first(filled, tmp_path):
     """The answer of the dialog may still be on its way through the main screen."""
     go_on = threading.Event()

@@ -54,6 +54,7 @@ def test_the_births_that_a_view_asks_for_are_written_down():
     assert "exists=[1.5, 2.0], not_at=[0.5]" in view.python(Path("x.db"))
 
 
+@pytest.mark.slow
 async def test_views_are_copied_and_undone(varied):
     async with browsing(varied) as (app, pilot):
         main = app.screen
@@ -108,6 +109,7 @@ def test_the_value_of_each_column_chooses_its_row(varied):
     assert equals("code", "it's") == "code = 'it''s'"
 
 
+@pytest.mark.slow
 async def test_a_key_filters_by_the_value_under_the_cursor_and_pasted_codes_are_found(varied):
     async with browsing(varied) as (app, pilot):
         await press(pilot, "j", "j", "l", "equals_sign", *"ll", "equals_sign")
