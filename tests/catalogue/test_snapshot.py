@@ -18,6 +18,7 @@ def catalogue(filled):
     return Catalogue(filled, a=1.6)
 
 
+@pytest.mark.slow
 def test_a_snapshot_does_not_see_what_another_process_writes(catalogue):
     with catalogue.snapshot():
         before = len(catalogue), catalogue.a_values(), catalogue.contents(1.6)

@@ -9,6 +9,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from quick import slow_but
 from there import there
 
 GHZ = 299_792_458.0 / (2 * math.pi * 0.2) / 1e9
@@ -221,7 +222,7 @@ def test_a_list_of_one_parity_among_all_is_noticed(cli, own, exact, tmp_path):
     assert cli("assess", path, "--db", own).says(2, "the levels of one parity: name it, such as --parity oo")
 
 
-@pytest.mark.parametrize("mark", ["\t", "; ", ", ", "   "])
+@pytest.mark.parametrize("mark", slow_but(1, ["; ", "\t", ", ", "   "]))
 def test_tables_are_read_with_any_usual_separator(cli, own, exact, tmp_path, mark):
     path = tmp_path / "k.txt"
     rows = "".join(f"{k!r}{mark}oo\n" for k in exact.tolist())
@@ -233,6 +234,7 @@ def test_tables_are_read_with_any_usual_separator(cli, own, exact, tmp_path, mar
     assert cli("assess", str(path), "--parity", "oo", "--db", own).code == 2
 
 
+@pytest.mark.slow
 def test_all_commands_name_the_missing_levels_of_a_list_of_frequencies(cli, own, exact, tmp_path):
     path = written(tmp_path / "f.txt", (np.delete(exact, 9) * GHZ)[::-1].tolist())
     asked = ("--parity", "oo", "--frequency", "GHz", "--radius", "0.2", "--db", own)

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from contents import ask
+from quick import slow_but
 from there import there
 
 from orbitdb.averages.simulation import simulate
@@ -47,7 +48,7 @@ def test_concise_errors_follow_the_digits_they_belong_to(value, error, text):
     assert concise(value, error) == text
 
 
-@pytest.mark.parametrize("command", ["entropy", "lyapunov", "table", "lyapunov --weight det"])
+@pytest.mark.parametrize("command", slow_but(2, ["entropy", "lyapunov --weight det", "lyapunov", "table"]))
 @pytest.mark.parametrize("periods", ["5-6", "4", "2,6"])
 def test_p_chooses_rows_and_leaves_their_numbers_alone(varied, cli, command, periods):
     asked = (*command.split(), "--a", "1.6", "--json", "--db", str(varied))

@@ -135,6 +135,7 @@ def test_everything_in_the_folder_is_described(folder):
     assert "@" not in readme
 
 
+@pytest.mark.slow
 def test_the_same_catalogue_gives_the_same_bytes(known, cli, tmp_path):
     for name in ("one", "two"):
         assert cli("export", str(tmp_path / name), "--dataset", "--a", "1.6", "--db", known).code == 0

@@ -75,6 +75,7 @@ def test_bounces_of_one_word_equal_those_of_the_export(varied, cli):
     assert here == [there[-1], *there[:-1]]
 
 
+@pytest.mark.slow
 def test_a_tilde_is_the_home_folder_in_every_path(filled, tmp_path, cli, monkeypatch):
     home, elsewhere = tmp_path / "home", tmp_path / "elsewhere"
     for folder in (home, elsewhere):

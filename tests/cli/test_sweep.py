@@ -57,6 +57,7 @@ def test_the_table_of_an_unfilled_a_comes_from_births(cli, born):
     assert json.loads(unfilled.out)[4]["boundary"] == 32
 
 
+@pytest.mark.slow
 def test_rows_can_be_chosen_by_births_and_deaths(cli, born):
     alter(born, "DELETE FROM change WHERE cycle IN (SELECT id FROM cycle WHERE p = 6)",
           "DELETE FROM birth_fill WHERE p = 6")  # fmt: skip

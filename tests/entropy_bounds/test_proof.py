@@ -79,7 +79,7 @@ def test_an_unproved_verdict_counts_as_undecided(monkeypatch):
     assert found.lower <= sound.lower < sound.upper <= found.upper
 
 
-@pytest.mark.parametrize("a", [1e-3, 0.3, 1.6])
+@pytest.mark.parametrize("a", slow_but([0.3], [1e-3, 0.3, 1.6]))
 @pytest.mark.parametrize("way", [-1.0, 1.0])
 def test_balls_are_right_from_any_starting_directions(way, a):
     """The ball contains f at the clamped directions, whatever the starting directions are.

@@ -57,6 +57,7 @@ def test_a_word_without_an_orbit_encloses_nothing():
         assert (orbit.area, orbit.area_error, orbit.half, orbit.quarter_length) == (None,) * 4
 
 
+@pytest.mark.slow
 def test_rows_have_the_areas_of_their_words(filled):
     """The stored area of the representative gets the sign of each word; it is 0 where a symmetry says so."""
     catalogue = Catalogue(filled, a=1.6)

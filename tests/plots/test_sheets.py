@@ -97,6 +97,7 @@ def test_a_subset_can_be_drawn_as_a_sheet(filled):
     assert labels(later.figure) == chosen.code.tolist()
 
 
+@pytest.mark.slow
 def test_a_grid_of_orbits_does_not_overlap(filled):
     """Titles, numbers and labels do not extend into neighbouring drawings."""
     figure = Figure(figsize=(8, 8))

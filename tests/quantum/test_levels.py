@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from quick import fuzz_but
+from quick import fuzz_but, slow_but
 from scipy.linalg import qr, svd
 from scipy.optimize import minimize_scalar
 from scipy.special import jv
@@ -96,7 +96,7 @@ def test_a_level_at_the_end_of_a_window_belongs_to_the_window_above(places, lowe
     assert _number(end, 2.0, order=10) == (0, 1)
 
 
-@pytest.mark.parametrize("value", range(3))
+@pytest.mark.parametrize("value", slow_but(1, range(3)))
 def test_eigenvalues_at_an_end_are_found_as_counted(value):
     """Rounding decides between the two sides of an end; the values found must be on the same side."""
     task = LevelTask(0.5, Parity.EE, 0.0, 5.0)

@@ -37,7 +37,7 @@ def as_rays(arcs, a):
     return Rays(arcs.x + arcs.side * a, arcs.y, arcs.vx, arcs.vy, arcs.side)
 
 
-@pytest.mark.parametrize("a", [1e-6, 0.3, 1e6])
+@pytest.mark.parametrize("a", slow_but([0.3], [1e-6, 0.3, 1e6]))
 def test_the_measure_of_bounces_on_semicircles_is_invariant(a):
     arcs = random_arcs(10_000, np.random.default_rng(12))
     for _ in range(30):

@@ -52,7 +52,7 @@ def reversed_rays(rays, a):
 
 
 @pytest.mark.parametrize("a", SOME_A)
-@pytest.mark.parametrize("piece", range(4))
+@pytest.mark.parametrize("piece", slow_but(1, range(4)))
 def test_gamma_and_delta_follow_the_order_of_paths(a, piece):
     """In fans from a point and in beams of parallel paths; not one pair is out of order."""
     rng = np.random.default_rng(piece)

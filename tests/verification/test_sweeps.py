@@ -139,6 +139,7 @@ def test_an_unfinished_period_does_not_hide_later_ones(begun, monkeypatch):
         assert (found.rows, found.failures) == (17, 0)
 
 
+@pytest.mark.slow
 def test_only_births_of_chosen_periods_are_checked(begun):
     list(fill_births(begun, [6]))
     for chosen, expected in (

@@ -135,6 +135,7 @@ def cell(name: str, value: object) -> str:
     return f"{cut:{'>' if is_number else '<'}{width}}"
 
 
+@pytest.mark.slow
 async def test_lines_agree_with_a_list_after_any_keys(filled_once):
     catalogue, chosen = Catalogue(filled_once, 1.6), Selection(periods=((2, 5),))
     names = USUAL

@@ -96,6 +96,7 @@ async def test_undoing_restores_columns_and_order(varied):
         assert (main.view, screen_lines(app)[3]) == (begun, heading)
 
 
+@pytest.mark.slow
 def test_the_value_of_each_column_chooses_its_row(varied):
     names = [*VIEWS[0].columns, "rules", "born", "maslov"]
     catalogue = Catalogue(varied)
