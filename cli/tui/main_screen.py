@@ -343,7 +343,7 @@ class MainScreen(OwnScreen[None]):
 
     def _open(self, screen: Callable[..., OwnScreen[str | None]], *more: str) -> None:
         """Open a screen that reads the stored data; the condition with which it closes joins the filter."""
-        if self._catalogue.missing:
+        if not self._catalogue.path.exists():
             self.notify("nothing is stored yet: press f to fill the catalogue")
         else:
             self.ask(screen(self._catalogue, self.choices.selection, *more), self.choices.add)

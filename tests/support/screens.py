@@ -11,7 +11,7 @@ import textual.app
 import textual.pilot
 from textual import events
 from textual._context import active_app
-from textual.pilot import Pilot, WaitForScreenTimeout
+from textual.pilot import Pilot
 from textual.screen import Screen
 from textual.widgets import Input
 from textual.worker import WorkerCancelled
@@ -38,25 +38,6 @@ async def _handled(*_: float) -> None:
 
 
 textual.app.wait_for_idle = textual.pilot.wait_for_idle = _handled  # type: ignore[attr-defined, assignment]
-
-_asked_once = Pilot._wait_for_screen
-
-
-async def _asked(pilot: Pilot[Any], timeout: float = 60.0) -> bool:
-    """Wait until all widgets have answered; ask again after a second.
-
-    A widget that is removed meanwhile never answers, and Textual would wait for it until the time is over.
-    """
-    end = time.monotonic() + timeout
-    while True:
-        try:
-            return await _asked_once(pilot, 1.0)
-        except WaitForScreenTimeout:
-            if time.monotonic() > end:
-                raise
-
-
-Pilot._wait_for_screen = _asked  # type: ignore[method-assign, assignment]
 
 SMALL, LARGE, TINY = (80, 24), (160, 48), (60, 20)
 

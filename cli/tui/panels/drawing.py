@@ -161,7 +161,8 @@ class OrbitDrawing(PictureWidget):
             self._timer, self.particle = None, None
 
     def step(self) -> None:
-        if self.particle is not None and self.orbit is not None and self.orbit.length:
+        """Move the particle, unless another screen or a dialog, which would be drawn again, is above it."""
+        if self.app.screen is self.screen and self.particle is not None and self.orbit and self.orbit.length:
             self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self.orbit.length) % 1.0
 
     def picture(self, columns: int, rows: int) -> list[Line]:

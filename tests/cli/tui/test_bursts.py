@@ -25,9 +25,14 @@ KEYS = [
 
 
 def quiet(child, patience=0.3):
-    """Read what is drawn until nothing more arrives for a while, or until the output ends."""
+    """Read what is drawn until nothing more arrives for a while, or until the output ends.
+
+    A moving particle is drawn again and again.
+    """
     drawn = ""
-    while child.expect([".+", pexpect.TIMEOUT, pexpect.EOF], timeout=patience) == 0:
+    for _ in range(1000):
+        if child.expect([".+", pexpect.TIMEOUT, pexpect.EOF], timeout=patience):
+            break
         drawn += child.after
     return drawn
 

@@ -77,7 +77,11 @@ async def test_a_particle_runs_and_phase_space_shows_the_bounces(filled):
         assert 0 < drawing.particle < 0.1  # after one round
         await pilot.pause()
         assert "●" in shown(app)
-        await pilot.press("space")
+        await press(pilot, "d")
+        before = drawing.particle
+        drawing.step()
+        assert drawing.particle == before  # another screen is above it
+        await press(pilot, "escape", "space")
         assert drawing.particle is None
         await press(pilot, "j", "v")
         assert drawing.phase
