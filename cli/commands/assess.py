@@ -12,7 +12,7 @@ from orbitdb.cli.snapshots import snapshot_at
 from orbitdb.text import with_error
 
 if TYPE_CHECKING:
-    from orbitdb.quantum.doubtful_ranges import Gap
+    from orbitdb.quantum.conclusions import Gap
 
 EXAMPLES = (
     "assess levels.csv --parity oo",

@@ -26,7 +26,7 @@ from orbitdb.cli.tui.panels.orbit_panel import OrbitPanel
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.panels.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import OwnScreen, TopLine, key
-from orbitdb.cli.tui.stored import Kept, Ordering, filled_periods, stamp_of
+from orbitdb.cli.tui.stored import Kept, Ordering, begun_periods, stamp_of
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.selection import Selection
@@ -194,7 +194,7 @@ class MainScreen(OwnScreen[None]):
         """Read the file at the start, and read it again after changes or on request."""
         self._stamp = stamp_of(self._catalogue.path)
         filled = self._catalogue.a_values()
-        self._filled = filled_periods(self._catalogue, self.choices.selection.a)
+        self._filled = begun_periods(self._catalogue, self.choices.selection.a)
         self.set_class(not filled and self.side.orbit is None, "-empty")
         self.rows.total = None
         self.say_choices()
@@ -213,7 +213,7 @@ class MainScreen(OwnScreen[None]):
 
         if self._stamp != (stamp := stamp_of(self._catalogue.path)):
             self._stamp = stamp
-            self.in_thread("look", lambda _: filled_periods(self._catalogue, a), compare)
+            self.in_thread("look", lambda _: begun_periods(self._catalogue, a), compare)
 
     def on_paged_table_deleted(self, message: PagedTable.Deleted) -> None:
         """Read the rows again; if the same file lacks rows again, it is damaged."""
@@ -234,7 +234,7 @@ class MainScreen(OwnScreen[None]):
         self._remember()
         orbit, trying = self.side.orbit, self.choices.trying
         if selection.a != old.a:
-            self._filled = filled_periods(self._catalogue, selection.a)
+            self._filled = begun_periods(self._catalogue, selection.a)
             self.side.clear(selection.a)
             self.rows.forget()
         if trying:
@@ -321,12 +321,12 @@ class MainScreen(OwnScreen[None]):
         if path.exists() and not (os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)):
             self.notify(f"{path} is read-only: copy it, or name another file with --db")
             return
-        filled = filled_periods(self._catalogue, self.choices.selection.a)
+        filled = begun_periods(self._catalogue, self.choices.selection.a)
         self.app.push_screen(FillDialog(path, self.choices.selection, filled))
 
     def go_along(self, a: float) -> None:
         """Switch to the a that is being filled, if the current a has neither filled periods nor rows."""
-        if not filled_periods(self._catalogue, self.choices.selection.a) and not len(self.rows.table.source):
+        if not begun_periods(self._catalogue, self.choices.selection.a) and not len(self.rows.table.source):
             self.choices.selection = replace(self.choices.selection, a=a)
 
     def action_statistics(self) -> None:

@@ -32,7 +32,7 @@ def stamp_of(path: Path) -> tuple[int, ...]:
     return tuple(stamps)
 
 
-def filled_periods(catalogue: Catalogue, a: float) -> list[int]:
+def begun_periods(catalogue: Catalogue, a: float) -> list[int]:
     """Return the periods that are filled at this a, completely or in part."""
     return [fill.p for fill in catalogue.fills(a=a)]
 

@@ -85,7 +85,7 @@ def levels_from_zero(
     return Levels.joined(a, 0.0, high, windows_of)
 
 
-def read_levels(connection: Connection, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
+def levels_to_gap(connection: Connection, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
     """Return the stored levels from k = 0 to the first gap, and the k of this gap; None without levels."""
     try:
         levels = levels_from_zero(connection, a, parity)
@@ -204,7 +204,7 @@ def read_spectrum(
     classes, highest = read_orbits(connection, Selection(stadium.a))
     codes = classes.representative
     assert codes is not None
-    compared = read_levels(connection, stadium.a, of) if given is None else (given, float(given[-1]))
+    compared = levels_to_gap(connection, stadium.a, of) if given is None else (given, float(given[-1]))
     end = _USUAL_K_MAX if compared is None else compared[1]
     if k_max is not None and compared is not None and k_max > end:
         raise InputError(

@@ -10,7 +10,7 @@ from orbitdb.arrays import Floats
 from orbitdb.plots.style import BLUE, ORANGE
 
 if TYPE_CHECKING:
-    from orbitdb.quantum.doubtful_ranges import Gap
+    from orbitdb.quantum.conclusions import Gap
     from orbitdb.quantum.missing_levels import Assessment
 
 _SURE, _LIGHT = 0.9, 0.35

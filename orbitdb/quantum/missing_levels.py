@@ -23,7 +23,7 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.extras import Drawn, data_frame
 from orbitdb.quantum.comparison import Comparison
-from orbitdb.quantum.doubtful_ranges import Gap, ranges
+from orbitdb.quantum.conclusions import Gap, ranges
 from orbitdb.quantum.judging import FITS, judge
 from orbitdb.quantum.levels_from_orbits import Staircase
 from orbitdb.quantum.radius_fit import fit

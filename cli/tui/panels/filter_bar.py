@@ -14,7 +14,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.dialogs import FilterDialog, LineDialog, ListDialog, MarksDialog, Names, half_length
 from orbitdb.cli.tui.screens import Working
-from orbitdb.cli.tui.stored import USUAL, Kept, Ordering, filled_periods
+from orbitdb.cli.tui.stored import USUAL, Kept, Ordering, begun_periods
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import bound_names, check
@@ -115,7 +115,7 @@ class FilterBar(Static, Working):
 
     def action_turn(self, name: str, step: int = 1) -> None:
         """Move a criterion to its next or previous value; after its last value comes no restriction."""
-        periods = ((), *(((p, p),) for p in filled_periods(self._catalogue, self.selection.a)))
+        periods = ((), *(((p, p),) for p in begun_periods(self._catalogue, self.selection.a)))
         self.selection = turned(self.selection, name, RINGS.get(name, periods), step)
 
     def action_statuses(self) -> None:

@@ -1,4 +1,4 @@
-"""The places in a list where levels are missing or spurious, each with its probability.
+"""What follows for a list: the number of its first level, and where levels are missing or spurious.
 
 The number of levels missing between two neighbours is certain enough if it has a probability of 0.9. Where it
 is less certain, because one may be missing here or there, neighbouring gaps are taken together.
