@@ -2,6 +2,7 @@
 
 import logging
 import os
+import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from functools import cache
@@ -198,6 +199,7 @@ def call(arguments: Sequence[str]) -> Any:
     try:
         return command(arguments, prog_name="orbitdb", standalone_mode=False)
     except typer.Abort as end:
+        print(file=sys.stderr)  # the line with the question ends here
         raise KeyboardInterrupt from end
     except SystemExit as end:
         if isinstance(end.__context__, BrokenPipeError):  # Typer ends in this way if the output is not read

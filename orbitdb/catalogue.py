@@ -459,7 +459,9 @@ class Catalogue:
         first = check_int("offset", offset, 0)
         most = None if limit is None else check_int("limit", limit, 0)
         chosen = self._several(selection, criteria)
-        names = COLUMNS if columns is None else tuple(columns)
+        names = (
+            COLUMNS if columns is None else tuple(columns.split(",") if isinstance(columns, str) else columns)
+        )
         return Listing(self.snapshot, self._moment, chosen, names, order, most, first, classes)
 
     @with_criteria

@@ -77,7 +77,7 @@ def spectrum(
         from orbitdb.quantum.length_spectrum import COLUMNS
 
         output.write(COLUMNS, result.rows())
-    notes([*result.notes()[: 1 if terms else None], *result.judged])
+    notes([*result.notes(terms), *result.judged])
 
 
 def scars(

@@ -16,7 +16,7 @@ from textual.events import Key
 from textual.screen import ModalScreen, Screen
 from textual.widget import Widget
 from textual.widgets import Button, Input, Label
-from textual.worker import Worker
+from textual.worker import Worker, get_current_worker
 
 from orbitdb.cli.tui.help import purpose
 from orbitdb.errors import InputError, StoreError
@@ -73,6 +73,8 @@ class Working(DOMNode):
         """
 
         def run() -> None:
+            worker = get_current_worker()  # the thread may run before `run_worker` returns
+            hand_over = partial(self._hand_over, group, worker)
             try:
                 outcome = find(lambda: worker.is_cancelled)
                 for part in outcome if isinstance(outcome, Generator) else (outcome,):
@@ -84,11 +86,11 @@ class Working(DOMNode):
             except (InputError, StoreError, ModuleNotFoundError) as error:
                 self.call_later(hand_over, partial(fail or self.failed, str(error)))
 
-        def hand_over(to: Callable[[], object]) -> None:
-            if self._latest.get(group) is worker:
-                to()
+        self._latest[group] = self.run_worker(run, group=group, exclusive=True, thread=True)
 
-        worker = self._latest[group] = self.run_worker(run, group=group, exclusive=True, thread=True)
+    def _hand_over(self, group: str, worker: Worker[None], to: Callable[[], object]) -> None:
+        if self._latest.get(group) is worker:
+            to()
 
     def give_up(self, group: str) -> None:
         if (worker := self._latest.pop(group, None)) is not None:

@@ -154,8 +154,9 @@ class StatisticsScreen(OwnScreen[str | None]):
         self.in_thread("trajectories", lambda _: follow(), lambda step: self.take_reference(*step))
 
     def take_reference(self, done: float, reference: Reference, stored: bool = False) -> None:
-        """Show averages over trajectories: stored ones, new ones, or those so far."""
-        self.reference = reference
+        """Show averages over trajectories: stored or new ones, or those so far; draw the most accurate."""
+        if self.reference is None or reference.lambda_d_error <= self.reference.lambda_d_error:
+            self.reference = reference
         source = "stored" if stored else f"{reference.bounces:.2g} bounces, computed now"
         text = f"trajectories: {_described(reference)}; {source if done >= 1 else f'{done:.0%}'}"
         self.query_one("#reference", Static).update(text)

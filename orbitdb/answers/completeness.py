@@ -319,7 +319,7 @@ def describe_complete(complete: float | None, chosen: Selection, name: str = "le
         return line
     most = math.floor(largest_least_length(chosen.a) / share * 100) / 100
     reach = "" if most == end else f"further periods prove {most:.2f} at most; "
-    limit = math.ceil(least_limit_of_lengths(chosen.a) / share * 100) / 100
+    limit = least_limit_of_lengths(chosen.a) / share
     return f"{line} ({reach}infinitely many are shorter than {bound} = {limit:.2f})"
 
 

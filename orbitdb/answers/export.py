@@ -190,7 +190,7 @@ def check_target(path: Path, replace: bool = True) -> None:
             f"{path} is an SQLite file, such as a catalogue, and is never replaced: name another"
         )
     if not replace:
-        raise ExportError(f"{path} already exists: --force replaces it")
+        raise ExportError(f"{path} already exists: --force, in Python force=True, replaces it")
 
 
 _LOGS = ("d9d505f920a163d7", "377f0682", "377f0683")

@@ -73,7 +73,9 @@ def levels_from_zero(
     if not 0 < high <= last:
         asked = 30 if k_max is None else k_max
         of = "" if parity is None else f" of parity {parity}"
-        stored = f"levels{of} are stored up to k = {last:g}" if last else f"no levels{of} are stored"
+        stored = (
+            f"levels{of} are stored up to k = {last:g}" if last else f"no levels{of} are stored from k = 0 on"
+        )
         command = f"'orbitdb levels --k 0:{asked:g} --a {format_float(a)}'"
         if any(ends.values()) and not last:
             some = ", ".join(one for one, end in ends.items() if end)

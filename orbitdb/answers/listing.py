@@ -144,8 +144,12 @@ class Listing:
         return tuple(f"{at.format(format_float(a))}{line}" for a, line in lines if line)
 
     def describe(self, total: int | None = None) -> str:
-        """Describe the chosen rows in one line, with their number if it is given."""
+        """Describe the chosen rows in one line, with every a that has rows, and their number if given."""
         first, values = self.selections[0], [chosen.a for chosen in self.selections]
+        if len(values) > 1:
+            with self._snapshot() as connection:
+                subsets = self._subsets(connection)
+            values = [a for a, words in zip(values, subsets, strict=True) if len(words)] or values
         if not self.classes:
             return first.describe(values, total)
         number = "classes" if total is None else several(total, "class", "classes")

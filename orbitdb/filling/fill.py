@@ -161,7 +161,7 @@ def fill_periods(
     with closing(Writer(path, parameters, references=False)) as writer:
         work = _Fill(writer, stadium.a, method)
         yield from resume(work, few, HERE)  # done before other processes could start
-        yield from resume(work, set(periods).difference(few), workers)
+        yield from resume(work, periods, workers)  # including those of the few that were deleted meanwhile
 
 
 class _Fill(PeriodJob):

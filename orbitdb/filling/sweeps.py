@@ -4,6 +4,7 @@ from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from time import thread_time
 from typing import TYPE_CHECKING, Any
@@ -68,7 +69,8 @@ def sweep_periods(
     stadium, periods = Stadium(a), list(periods)
     parameters = {"command": "sweep", "a": a, "periods": periods}
     with closing(Writer(path, parameters, references=False)) as writer:
-        for p in periods:  # one by one, because tilts come from lower periods
+        # one by one, because tilts come from lower periods; then again, if some were deleted meanwhile
+        for p in chain(periods, periods):
             work = _Sweep(writer, stadium.a, _tilts(path, a, p))
             yield from resume(work, [p], workers if count_admissible(p) > SMALL else HERE)
 

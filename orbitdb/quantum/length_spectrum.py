@@ -113,13 +113,19 @@ class Spectrum(Drawn):
             return None
         return float(np.linalg.norm(self.quantum - self.orbits) / np.linalg.norm(self.quantum))
 
-    def notes(self) -> list[str]:
-        """Return one line on how complete the orbits are, and one on how well they agree with the levels."""
+    def notes(self, terms: bool = False) -> list[str]:
+        """Return one line on how complete the orbits are, and one on how well they agree with the levels.
+
+        With `terms`, the second line says instead at which k the amplitude of the bouncing balls is given.
+        """
         end = math.floor(self.complete * 100) / 100
         if end < self.length[-1]:
             said = [f"complete, by proof, up to length {end:.2f}; longer orbits may be missing from the sum"]
         else:
             said = ["complete: no orbit of these lengths is missing"]
+        if terms:
+            at = f"the amplitudes of the bouncing balls, {_FAMILY}, are those at k = {self.k_max / 2:.6g}"
+            return [*said, *[at][: any(row[0] == _FAMILY for row in self.term_rows())]]
         if self.misfit is None:
             of = "" if self.parity is None else f" --parity {self.parity}"
             return [

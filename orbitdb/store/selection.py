@@ -115,7 +115,7 @@ class Selection:
             not_at=_each(given.get("not_at", ()), _half_length),
             ranges={name: bounds for name, bounds in ranges.items() if bounds != (None, None)},
             where=where,
-            parameters=given.get("parameters", {}),
+            parameters=plain_values(given.get("parameters", {})),
         )
 
     def includes(self, p: int) -> bool:
@@ -273,15 +273,36 @@ def listed(value: object) -> str:
 
 def _pair(name: str, bounds: object) -> Bounds:
     """Return bounds, after checking that they are a pair of numbers or None in ascending order."""
-    alone = name in COUNTED and isinstance(bounds, Integral)
+    alone = name in COUNTED and isinstance(bounds, Integral) and not isinstance(bounds, bool)
     pair = (bounds, bounds) if alone else tuple(bounds) if isinstance(bounds, tuple | list) else ()
     numbers = [bound for bound in pair if bound is not None]
     if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
         raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10); either can be None")
-    low, high = pair
-    if len(numbers) == len(pair) and low > high:
+    low, high = (None if bound is None else _plain_number(bound) for bound in pair)
+    if low is not None and high is not None and low > high:
         raise SelectionError(f"{name} = {bounds!r:.40} runs backwards: give {(high, low)}")
     return low, high
+
+
+def plain_values(parameters: Mapping[str, object]) -> dict[str, str | int | float]:
+    """Return values of names in SQL as texts and numbers that SQLite stores as such."""
+    return {name: plain_value(name, value) for name, value in parameters.items()}
+
+
+def plain_value(name: str, value: object) -> str | int | float:
+    """Return a text or a number of any type as one that SQLite stores as such.
+
+    Raises `SelectionError`, which names the value, for anything else.
+    """
+    if isinstance(value, str):
+        return str(value)
+    if isinstance(value, Real):
+        return _plain_number(value)
+    raise SelectionError(f"{name} = {value!r:.40}: give a number or a text")
+
+
+def _plain_number(value: Real) -> int | float:
+    return int(value) if isinstance(value, Integral) else float(value)
 
 
 _PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")

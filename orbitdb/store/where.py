@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 from sqlalchemy import BindParameter, Connection, TextClause, bindparam, text
 from sqlalchemy.exc import StatementError
 
+from orbitdb.columns import EVERY
 from orbitdb.store import tables as t
 from orbitdb.store.connection import (
     FUNCTIONS,
@@ -26,7 +27,7 @@ from orbitdb.store.connection import (
     original,
 )
 from orbitdb.store.file import open_empty
-from orbitdb.store.selection import SelectionError
+from orbitdb.store.selection import SelectionError, plain_values
 from orbitdb.store.views import CLASS_COLUMNS, VIEWS, WORD_COLUMNS
 from orbitdb.symbols.words import SYMBOLS
 from orbitdb.text import guess, line, real, shortened
@@ -153,7 +154,7 @@ class _Asked(dict[str, Any]):
     """Values of names in SQL, which remembers the names that SQLite has asked for."""
 
     def __init__(self, values: Parameters) -> None:
-        super().__init__(values)
+        super().__init__(plain_values(values))
         self.names: set[str] = set()
 
     def __getitem__(self, name: str) -> Any:
@@ -290,8 +291,11 @@ def _refusal(sql: str, message: str, what: str) -> str:
         message = f"{message}: {guess(name, READABLE)}it can read {', '.join(READABLE)}"
     elif "no such column" in message:
         name = message.split()[-1]
-        where_from = "only catalogue has it; " if name in _COLUMNS else guess(name, _COLUMNS)
-        message = f"{message}; {where_from}'orbitdb columns' lists all columns"
+        if name in EVERY.keys() - set(_COLUMNS):
+            message = f"{message}: it is computed afterwards, for the chosen rows"
+        else:
+            where_from = "only catalogue has it; " if name in _COLUMNS else guess(name, _COLUMNS)
+            message = f"{message}; {where_from}'orbitdb columns' lists all columns"
     elif "binding" in message.lower():
         message = f"{message.rstrip('.')}: give each :name a value, with -P name=value or in parameters"
     return line(f"{what} {shortened(sql, 200)!r}: {message}")

@@ -99,7 +99,7 @@ def test_verify_returns_an_object(filled_once, tmp_path):
 @pytest.mark.slow
 def test_stored_levels_are_read_back_by_range_and_parity(tmp_path):
     catalogue = Catalogue.create(tmp_path / "orbits.db", A)
-    with pytest.raises(InputError, match=r"no levels are stored at a = 0\.7: 'orbitdb levels"):
+    with pytest.raises(InputError, match=r"no levels are stored from k = 0 on at a = 0\.7: 'orbitdb levels"):
         catalogue.levels()
     catalogue.fill_levels(6, parities=["oo", "ee"])
     found = catalogue.levels(parity="oo")

@@ -79,6 +79,12 @@ def test_a_wrong_value_is_named_as_one_writes_it_in_python(catalogue, call, said
 
 def test_numbers_and_arrays_of_numpy_are_numbers_and_lists(catalogue):
     assert catalogue.count(p=np.int64(3), exists=np.array([])) == 8
+    for two in (np.int64(2), (2, np.uint8(2))):
+        assert catalogue.count(walls=two) == catalogue.count(walls=2) > 0
+    for eleven in (np.int64(11), np.float32(11)):
+        x = {"x": eleven}
+        assert catalogue.count(where="length < :x", parameters=x) == 5
+        assert len([*catalogue.sql("SELECT p FROM catalogue WHERE length < :x", parameters=x)]) == 5
     assert orbitdb.simulate(1.6, 1e3) == orbitdb.simulate(1.6, 1000)
     assert catalogue.with_length(np.float32(10.4), limit=np.int64(1))[0].code == "13"
     assert [*catalogue.rows(p=np.array([2]), columns=np.array(["code"]))] == [("13",)]

@@ -269,7 +269,7 @@ def test_figures_report_missing_periods(known, kind):
 def test_the_figures_of_levels_show_levels_and_orbits(known, tmp_path):
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
-    with pytest.raises(InputError, match=r"no levels are stored .* --k 0:30 --a 1\.6' finds"):
+    with pytest.raises(InputError, match=r"no levels are stored from .* --k 0:30 --a 1\.6' finds"):
         levels.staircase(catalogue, chosen)
     k = sorted(chain(*keep_made_levels(path).values()))
     made: Any = levels.staircase(catalogue, chosen)
