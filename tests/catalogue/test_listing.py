@@ -86,3 +86,9 @@ def test_a_listing_writes_the_file_of_the_command(cli, varied, tmp_path, ending)
     with pytest.raises(InputError, match="exists"):
         listing.write(one)
     assert listing.write(one, force=True) == 41
+
+
+def test_a_description_names_only_the_a_that_have_rows(own):
+    listing = Catalogue(own).rows(a=(0.3, 1.6), p=3)
+    assert listing.describe(listing.total) == "8 words of period 3 at a = 1.6"
+    assert "0.3" in Catalogue(own).rows(a=(0.3, 0.4), p=3).describe(0)
