@@ -151,39 +151,26 @@ def _stored(
     found = conditions_of(selection, view) + (more(view) if more else [])
     if not of_words:
         return select(*listed).where(*found)
-    if needed := _needed_symbols(selection):
-        found.append(view.c.cycle.in_(select(t.cycle.c.id).where(*needed)))
+    if selection.contains and len(selection.contains) <= _LONGEST_PATTERN:
+        found.append(view.c.cycle.in_(select(t.cycle.c.id).where(_needed_symbols(selection.contains))))
     listed.append(func.sum(sa.literal(1).bitwise_lshift(view.c.element)).label("mask"))
     listed.append(func.iif(size < 8, view.c.symmetry, "1").label("own"))
     return select(*listed).where(*found).group_by(view.c.cycle)
 
 
-_BY_CODE = re.compile(
-    r"\s*(?:code\s*(?:=|\blike\b)\s*'%?([0-5]+)%?'|contains\s*\(\s*code\s*,\s*'([0-5]+)'\s*\))"
-    r"\s*(?:\band\b(?!.*\bor\b).*)?",
-    re.IGNORECASE | re.DOTALL,
-)
-"""An expression that is false unless the code has some symbols, next to one another or cyclically."""
-
 _LONGEST_PATTERN = 40
+"""Number of symbols of a pattern beyond which the texts of its images would take too long to compare."""
 
 
-def _needed_symbols(selection: Selection) -> list[ColumnElement[bool]]:
-    """Return conditions that the table `cycle` fulfils for each class with words of a subset.
+def _needed_symbols(pattern: str) -> ColumnElement[bool]:
+    """Return a condition that the table `cycle` fulfils for each class with words that contain a pattern.
 
-    There are none unless the subset is chosen by symbols of the codes. SQLite then need not look at most
-    words, eight to a class, which is what takes long.
+    SQLite then need not look at most words, eight to a class, which is what takes long.
     """
-    by_code = _BY_CODE.fullmatch(selection.where or "")
-    symbols, cyclic = by_code.groups() if by_code else (None, None)
     own = t.cycle.c
-    needed = [func.instr(own.words, symbols) > 0] if symbols else []
-    for pattern in filter(None, (cyclic, selection.contains)):
-        if len(pattern) <= _LONGEST_PATTERN:
-            twice = own.word.concat(own.word)
-            images = (func.instr(twice, image) > 0 for image in sorted(images_of_pattern(pattern)))
-            needed.append(sa.or_(own.p < len(pattern) - 1, *images))
-    return needed
+    twice = own.word.concat(own.word)
+    images = (func.instr(twice, image) > 0 for image in sorted(images_of_pattern(pattern)))
+    return sa.or_(own.p < len(pattern) - 1, *images)
 
 
 def _pruned(

@@ -1,7 +1,6 @@
 """Codes in expressions find words in any rotation; errors in expressions are reported."""
 
 import pytest
-from quick import slow_but
 from there import there
 
 from orbitdb import Catalogue
@@ -99,23 +98,14 @@ def test_a_pattern_longer_than_a_word_is_read_round_and_round(varied):
             assert set(catalogue.select(chosen).code.tolist()) == wanted != set()
 
 
-@pytest.mark.parametrize(
-    "pattern", slow_but(["0202", "1"], ["0202", "131", "1", "4", "54", "0131", "1232131", "555", "31313"])
-)
-@pytest.mark.parametrize(
-    "where", ["contains(code, '{}')", "code like '%{}%'", "code LIKE '{}%'", "code='{}'", "code like '%{}'"]
-)
-def test_classes_that_lack_the_symbols_of_a_filter_are_passed_over_safely(varied, where, pattern):
-    """The same filter with an OR looks at every word; a filter may go on after the symbols."""
-    catalogue, filter_ = Catalogue(varied), where.format(pattern)
+@pytest.mark.parametrize("pattern", ["0202", "131", "1", "4", "54", "0131", "1232131", "555", "31313"])
+def test_classes_that_lack_a_pattern_are_passed_over_safely(varied, pattern):
+    """An expression looks at every word."""
 
-    def codes(where):
-        return [code for (code,) in catalogue.rows(where=where, columns=("code",), order="code")]
+    def codes(**criteria):
+        return [code for (code,) in Catalogue(varied).rows(**criteria, columns=("code",), order="code")]
 
-    every = codes(f"({filter_} or 0)")
-    assert codes(filter_) == every
-    assert codes(f"{filter_} and p > 3") == [code for code in every if len(code) > 3]
-    assert set(codes(f"{filter_} and p > 3 or p = 2")) == {code for code in every if len(code) > 3} | {"13"}
+    assert codes(contains=pattern) == codes(where=f"contains(code, '{pattern}')") != []
 
 
 def test_averages_without_a_pattern_say_what_they_mean(filled, cli):
