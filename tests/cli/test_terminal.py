@@ -12,6 +12,8 @@ from quick import slow_but
 from terminal import Run, Session, ended, run_in_terminal, run_several_in_terminal, spawn
 from there import there
 
+from orbitdb.catalogue import Catalogue
+
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
 
 KEPT = "nothing that was stored is lost, and the same command continues from there"
@@ -173,6 +175,20 @@ def test_ctrl_c_ends_a_fill_whose_window_was_resized(tmp_path, jobs):
     child.expect(pexpect.EOF)
     session = ended(child, (wide, 200), (narrow + child.before, 40))
     ends_in_order(session, 130, [INTERRUPTED[:40], INTERRUPTED[40:80].rstrip(), INTERRUPTED[80:]])
+
+
+@pytest.mark.slow
+def test_ctrl_c_at_a_question_ends_its_line_and_deletes_nothing(filled):
+    child = spawn("delete", "--a", "1.6", "--db", filled, columns=300)
+    child.expect(r"\[y/N\]: ")
+    asked = child.before + child.after
+    child.sendintr()
+    child.expect(pexpect.EOF)
+    session = ended(child, (asked + child.before, 300))
+    assert session.code == 130
+    question, told = session.lines
+    assert (question.startswith("Delete "), told) == (True, "orbitdb: interrupted")
+    assert [fill.p for fill in Catalogue(filled).fills(a=1.6)] == [*range(2, 9)]
 
 
 @pytest.mark.slow
