@@ -9,7 +9,7 @@ from orbitdb.errors import InputError
 from orbitdb.text import format_float, parse_int, real
 
 
-class Grid(tuple[float, ...]):
+class GivenValues(tuple[float, ...]):
     """The numbers that one option stands for; an --a without numbers stands for every stored a."""
 
     __slots__ = ()
@@ -18,7 +18,7 @@ class Grid(tuple[float, ...]):
         return ", ".join(map(format_float, self))
 
 
-Asked: TypeAlias = Sequence[Grid] | float | None
+Asked: TypeAlias = Sequence[GivenValues] | float | None
 """The values of all --a, or of one; None if it is not given."""
 
 ALL = "all"
@@ -33,12 +33,12 @@ def half_length(text: str) -> float:
     return Stadium(real(text)).a
 
 
-def half_lengths(text: str) -> Grid:
+def half_lengths(text: str) -> GivenValues:
     """Parse half lengths such as ``1.6`` or the logarithmic grid ``0.3:10:40``."""
     return _grid(text, "a", "0.3:10:40", half_length, lambda low, high, part: low * (high / low) ** part)
 
 
-def curvatures(text: str) -> Grid:
+def curvatures(text: str) -> GivenValues:
     """Parse curvatures such as ``0.05`` or the evenly spaced grid ``0:0.3:31``."""
     return _grid(text, "kappa", "0:0.3:31", real, lambda low, high, part: low + (high - low) * part)
 
@@ -49,7 +49,7 @@ def _grid(
     example: str,
     read: Callable[[str], float],
     between: Callable[[float, float, float], float],
-) -> Grid:
+) -> GivenValues:
     """Parse one number, or a grid FROM:TO:COUNT.
 
     `between` returns the number at a part of the way from one end of the grid to the other. The ends are
@@ -57,7 +57,7 @@ def _grid(
     """
     parts = text.split(":")
     if len(parts) == 1:
-        return Grid([read(text)])
+        return GivenValues([read(text)])
     if len(parts) != 3:
         raise ValueError(f"{text!r:.40}: give one value, or a grid FROM:TO:COUNT such as {example}")
     low, high, count = read(parts[0]), read(parts[1]), parse_int(parts[2])
@@ -69,10 +69,10 @@ def _grid(
     values = (low, *(float(f"{value:.{_DIGITS}g}") for value in inner), high)
     if list(values) != sorted(set(values)):
         raise ValueError(f"{text:.40}: the ends are too close for {count} values with {_DIGITS} digits")
-    return Grid(values)
+    return GivenValues(values)
 
 
-def many_a(asked: Sequence[Grid] | None) -> bool:
+def many_a(asked: Sequence[GivenValues] | None) -> bool:
     """Tell whether --a may stand for several values, so that each row must show its a."""
     return asked is not None and [len(values) for values in asked] != [1]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from orbitdb.cli.grids import ALL, Grid, curvatures, half_length, half_lengths
+from orbitdb.cli.grids import ALL, GivenValues, curvatures, half_length, half_lengths
 from orbitdb.cli.output import ON_SCREEN
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path, home_expanded
@@ -139,10 +139,10 @@ Database = Annotated[
 HalfLength = Annotated[float, a_option()]
 StoredHalfLength = Annotated[float | None, a_option(" [default: the only one stored, else 1.6]")]
 read_half_lengths = _reader(half_lengths)
-read_all_half_lengths = _reader(lambda text: Grid() if text == ALL else half_lengths(text))
+read_all_half_lengths = _reader(lambda text: GivenValues() if text == ALL else half_lengths(text))
 
 StoredHalfLengths = Annotated[
-    list[Grid] | None,
+    list[GivenValues] | None,
     typer.Option(
         "--a",
         metavar="NUMBER|all",
@@ -153,7 +153,7 @@ StoredHalfLengths = Annotated[
     ),
 ]
 Kappa = Annotated[
-    list[Grid] | None,
+    list[GivenValues] | None,
     typer.Option(
         "--kappa",
         metavar="NUMBER",

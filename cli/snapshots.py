@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from orbitdb.billiard import USUAL_A
-from orbitdb.cli.grids import Asked, Grid, many_a, named
+from orbitdb.cli.grids import Asked, GivenValues, many_a, named
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import note, progress, repeats
 from orbitdb.columns import COMPUTED, IN_CATALOGUE
@@ -52,7 +52,7 @@ def primitive(code: str) -> str:
 
 
 def asked_columns(
-    columns: str | None, usual: Sequence[str], a: Sequence[Grid] | None, allowed: Sequence[str] = ()
+    columns: str | None, usual: Sequence[str], a: Sequence[GivenValues] | None, allowed: Sequence[str] = ()
 ) -> tuple[str, ...]:
     """Return the requested columns, or the usual ones if `columns` is None.
 

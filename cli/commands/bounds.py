@@ -11,7 +11,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.grids import Grid, named
+from orbitdb.cli.grids import GivenValues, named
 from orbitdb.cli.output import Output, note, progress
 from orbitdb.cli.snapshots import bring
 from orbitdb.errors import StoreError
@@ -38,7 +38,7 @@ def bounds(
     *,
     context: typer.Context,
     asked: Annotated[
-        list[Grid] | None,
+        list[GivenValues] | None,
         typer.Option(
             "--a",
             metavar="NUMBER|FROM:TO:COUNT",

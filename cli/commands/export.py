@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.grids import Grid, many_a
+from orbitdb.cli.grids import GivenValues, many_a
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import note, notes, progress
 from orbitdb.cli.snapshots import asked_columns, snapshot
@@ -117,7 +117,7 @@ def export(
 
 
 def _write(listing: "Listing", bounces: bool, file: Path | None, kind: str, many: bool) -> int:
-    """Write the rows to a file, or to stdout; return their number, or exit if there are none."""
+    """Write the rows to a file or to stdout, and return how many; without rows, exit."""
     from orbitdb.answers import export as files
 
     with progress("sorting"):
@@ -151,12 +151,12 @@ def _copy(file: Path, force: bool, db: Path) -> None:
 
 
 def _write_dataset(
-    folder: Path | None, a: Sequence[Grid] | None, choice: SelectionOptions, force: bool, db: Path
+    folder: Path | None, a: Sequence[GivenValues] | None, choice: SelectionOptions, force: bool, db: Path
 ) -> None:
     """Write a folder with the chosen words of whole periods, at the given a or at every stored a."""
     if folder is None:
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
-    with snapshot(db, a or [Grid()], choice) as (catalogue, stadiums), progress("dataset") as shown:
+    with snapshot(db, a or [GivenValues()], choice) as (catalogue, stadiums), progress("dataset") as shown:
         dataset = catalogue.write_dataset(folder, stadiums, force=force, progress=shown)
     notes(f"{text}: nothing is written" if text in dataset.absent else text for text in dataset.notes)
     if not dataset.words:

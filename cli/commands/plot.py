@@ -12,7 +12,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels
-from orbitdb.cli.grids import Asked, Grid, many_a, named
+from orbitdb.cli.grids import Asked, GivenValues, many_a, named
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import code_text, note, notes, progress
 from orbitdb.cli.snapshots import given_codes, primitive, snapshot, solving
@@ -153,7 +153,9 @@ def _target(context: typer.Context, output: Path, form: str | None, force: bool)
     return form_of(output, form, FIGURES)
 
 
-def _refuse_others(context: typer.Context, figure: Figure, given: GivenLevels, a: list[Grid] | None) -> None:
+def _refuse_others(
+    context: typer.Context, figure: Figure, given: GivenLevels, a: list[GivenValues] | None
+) -> None:
     """Refuse the given options that the figure does not take, and several a if it draws one."""
     asked = f"with {_flag(figure.when[0])}" if figure.when else f"in plot {figure.name}"
     options.takes_only(context, asked, *_ALWAYS, *_options_of(figure))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.grids import Grid, many_a
+from orbitdb.cli.grids import GivenValues, many_a
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import (
     ON_SCREEN,
@@ -112,7 +112,7 @@ def query(
 
 def _show_words(
     codes: list[str],
-    a: list[Grid] | None,
+    a: list[GivenValues] | None,
     db: Path,
     columns: str | None,
     bounces: bool,

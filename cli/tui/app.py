@@ -202,7 +202,7 @@ class BrowseApp(App[None], Working):
         return self.theme_variables
 
     def deliver_screenshot(self, *names: str | None, **options: Any) -> str | None:
-        """Save a screenshot to the downloads folder, or to the current folder if there is none."""
+        """Save a screenshot to the downloads folder if there is one, otherwise to the current folder."""
         from platformdirs import user_downloads_path
 
         folder = options.get("path") or (None if user_downloads_path().is_dir() else os.curdir)

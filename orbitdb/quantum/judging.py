@@ -26,8 +26,11 @@ _BEAM, _WIDE_BEAM = Beam(18.0, 300), Beam(27.0, 1500)
 _LEAST_TAU2, _WIDER_FROM = 1.5, 0.6
 """Least variance of the deviations, and the misfit from which the beam is widened: a lost path is the main
 cause of false certainty."""
-_LONG, _LONG_BEAM, _STRETCH = 3000, Beam(12.0, 100), 500
-"""Lists with more levels get a smaller beam and one pass, with the rates of a stretch of so many levels."""
+_LONG = 3000
+"""Number of levels of a list beyond which the search makes one pass and keeps fewer paths."""
+_LONG_BEAM = Beam(12.0, 100)
+_STRETCH = 500
+"""Number of levels of a long list that give the rates for all of it."""
 _LARGEST = 16.0
 """Largest square of a deviation that counts in their variance."""
 _TRIED = 10

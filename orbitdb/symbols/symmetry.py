@@ -222,7 +222,7 @@ def images_of(word: str) -> list[str]:
 
 
 def images_of_pattern(pattern: str) -> set[str]:
-    """Return patterns, one of which occurs in every image of a cyclic word that contains the given pattern.
+    """Return the images of a pattern; each image of a cyclic word that contains it contains one of them.
 
     There are more than eight, because the symbols beside a pattern tell whether a bounce at its end belongs
     to a run.

@@ -85,7 +85,7 @@ class Check:
     def measured(cls, name: str, labels: Sequence[str], deviation: Floats, allowed: Floats) -> "Check":
         """Return the check of N labelled rows, given their deviations and the allowed ones; NaN fails.
 
-        The arrays have shape (N,), or (k, N) if each row has k deviations, of which the worst counts.
+        The arrays have shape (N,), or (k, N) if each row has k deviations; then the worst one counts.
         """
         share = shares(*np.broadcast_arrays(np.atleast_2d(deviation), allowed))
         check = cls.judged(name, labels, share.max(axis=0) > 1)

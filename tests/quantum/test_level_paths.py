@@ -82,7 +82,7 @@ def test_deviations_of_the_expected_noise_are_independent_with_variance_1():
 
 @pytest.fixture(scope="module")
 def short():
-    """Six levels, the third of which is followed by a gap, compared with an exact staircase of all seven."""
+    """Six levels with a gap after the third, compared with the exact staircase of all seven."""
     stadium = Stadium(1.6)
     smooth = weyl(stadium, Parity.OO)
     every = np.array([wavenumber(smooth, n + 0.2 * (-1) ** n) for n in range(60)])

@@ -26,7 +26,7 @@ LEVELS = [["levels", "--k", "0:4", "--parity", "oo"]]
 
 
 def make(path: Path, commands: Sequence[Sequence[str]]) -> None:
-    """Make a catalogue with commands, all of which must succeed."""
+    """Make a catalogue with commands; fail if one of them does."""
     for command, code, err in run_here(commands, path):
         assert code == 0, (command, err)
 
