@@ -160,7 +160,7 @@ _SUBJECTS = {
     "Levels": ("quantum", "answers.scars"),
     "In a magnetic field": ("magnetic", "answers.field"),
     "Trajectories and the symbol plane": ("trajectories", "symbols", "answers.identification"),
-    "Results": ("answers", "extras"),
+    "Results": ("answers", "display"),
     "Errors": ("errors",),
 }
 """For each subject of the page on the API, the modules or packages whose public names belong to it."""

@@ -59,12 +59,13 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.answers.scars import Scar as Scar
     from orbitdb.answers.subset import Subset as Subset
     from orbitdb.entropy_bounds.bounds import EntropyBounds as EntropyBounds
-    from orbitdb.extras import Rows as Rows
+    from orbitdb.display import Rows as Rows
     from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
     from orbitdb.orbits.exponents import OrbitClasses as OrbitClasses
     from orbitdb.orbits.solve import existence as existence, solve as solve, solve_word as solve_word
     from orbitdb.orbits.orbit import Orbit as Orbit
-    from orbitdb.orbits.status import Orbits as Orbits, Status as Status
+    from orbitdb.orbits.orbits import Orbits as Orbits
+    from orbitdb.orbits.status import Status as Status
     from orbitdb.quantum.missing_levels import Assessment as Assessment
     from orbitdb.quantum.levels import Levels as Levels, levels as levels
     from orbitdb.quantum.length_spectrum import Spectrum as Spectrum
@@ -103,12 +104,13 @@ _HOMES = {
     "answers.scars": ("Scar",),
     "answers.subset": ("Subset",),
     "entropy_bounds.bounds": ("EntropyBounds",),
-    "extras": ("Rows",),
+    "display": ("Rows",),
     "errors": ("InputError", "StoreError", "WorkError"),
     "orbits.exponents": ("OrbitClasses",),
     "orbits.orbit": ("Orbit",),
     "orbits.solve": ("existence", "solve", "solve_word"),
-    "orbits.status": ("Orbits", "Status"),
+    "orbits.orbits": ("Orbits",),
+    "orbits.status": ("Status",),
     "quantum.missing_levels": ("Assessment",),
     "quantum.levels": ("Levels", "levels"),
     "quantum.length_spectrum": ("Spectrum",),

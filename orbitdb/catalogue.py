@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.display import Rows
 from orbitdb.errors import InputError, StoreError, check_int
-from orbitdb.extras import Rows
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, nobody, telling
 from orbitdb.store.connection import ClosedError, Connection, never

@@ -9,7 +9,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.output import Output, note, progress
-from orbitdb.extras import load
+from orbitdb.display import load
 from orbitdb.plots.registry import load_function
 from orbitdb.text import format_float
 

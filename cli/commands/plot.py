@@ -16,8 +16,8 @@ from orbitdb.cli.grids import Asked, GivenValues, many_a, named
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import code_text, note, notes, progress
 from orbitdb.cli.snapshots import given_codes, primitive, snapshot, solving
+from orbitdb.display import load
 from orbitdb.errors import InputError
-from orbitdb.extras import load
 from orbitdb.plots.registry import (
     FIGURES,
     NAMES,

@@ -133,7 +133,7 @@ def _report(checks: "Sequence[Check]", path: Path, start: float, restarts: int, 
         note(f"nothing to check in {path}: the file is sound, but contains none of the classes you chose")
         raise typer.Exit(1)
     if anew := rows["sweeps"] - rows["sums"]:
-        from orbitdb.verification.births_sweeps_levels import SWEPT_ANEW
+        from orbitdb.verification.sweeps import SWEPT_ANEW
 
         what = "the sums of a swept period were" if anew == 1 else f"the sums of {anew} swept periods were"
         note(f"{what} not recomputed: only sums of whole periods up to {SWEPT_ANEW} are")

@@ -17,8 +17,8 @@ from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import Ordering
 from orbitdb.columns import WRITTEN
+from orbitdb.display import load
 from orbitdb.errors import InputError
-from orbitdb.extras import load
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.registry import load_function
 from orbitdb.plots.svg import orbit_svg

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TextIO
 
 from orbitdb.columns import Row, kind_of
+from orbitdb.display import load
 from orbitdb.errors import ExportError, StoreError
-from orbitdb.extras import load
 from orbitdb.text import cell, gigabytes
 
 if TYPE_CHECKING:

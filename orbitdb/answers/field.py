@@ -19,12 +19,12 @@ from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Indices, Integers, Marks, Masks, Texts, Words
 from orbitdb.averages.by_period import of_divisors
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.display import Drawn, data_frame
 from orbitdb.errors import InputError, as_floats
-from orbitdb.extras import Drawn, data_frame
 from orbitdb.magnetic.action import ArcPaths
 from orbitdb.magnetic.continuation import follow
 from orbitdb.magnetic.status import IN_FIELD, FieldStatus, measure
-from orbitdb.orbits.newton import solve_in_doubles
+from orbitdb.orbits.admissible import solve_in_doubles
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.symmetry import ODD, class_of, classify, encloses_nothing

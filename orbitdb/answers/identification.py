@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from orbitdb.answers.completeness import complete_length, describe_fills, gaps
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.display import Record, Rows, data_frame
 from orbitdb.errors import InputError, check_int
-from orbitdb.extras import Record, Rows, data_frame
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status

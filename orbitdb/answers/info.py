@@ -6,8 +6,8 @@ from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.answers.completeness import periods_with_births
+from orbitdb.display import data_frame
 from orbitdb.entropy_bounds.bounds import BALLS
-from orbitdb.extras import data_frame
 from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.contents import room, schema_version, sqlite_version
 from orbitdb.store.fills import read_fills, read_sweeps

@@ -8,8 +8,7 @@ from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError
-from orbitdb.extras import (
+from orbitdb.display import (
     MOST_SHOWN,
     Drawn,
     Rows,
@@ -20,6 +19,7 @@ from orbitdb.extras import (
     html_table,
     text_table,
 )
+from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.store.lives import Life

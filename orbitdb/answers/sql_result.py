@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from orbitdb.columns import Row
-from orbitdb.extras import data_frame
+from orbitdb.display import data_frame
 from orbitdb.store.connection import Connection
 from orbitdb.store.where import CODES_ARE_TEXTS, reads_codes, run_statement
 from orbitdb.text import shortened

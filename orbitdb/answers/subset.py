@@ -14,11 +14,12 @@ from orbitdb.answers.results import MOST_ROWS, html_of_orbits
 from orbitdb.arrays import Floats, Integers, Texts, Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import WRITTEN, kind_of
+from orbitdb.display import MOST_SHOWN, Drawn, Table, load
 from orbitdb.errors import InputError
-from orbitdb.extras import MOST_SHOWN, Drawn, Table, load
 from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
-from orbitdb.orbits.status import EXISTING, NUMBERS, Status, finite
+from orbitdb.orbits.orbits import NUMBERS, finite
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.file import Store
 from orbitdb.store.lookup import find_or_solve
 from orbitdb.store.query import select_words

@@ -17,10 +17,11 @@ from orbitdb.arrays import Floats, Words
 from orbitdb.averages.by_period import HIGHEST, PeriodSums
 from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.stadium import SIDE, Stadium, written
+from orbitdb.orbits.admissible import certificates
 from orbitdb.orbits.exponents import OrbitClasses
-from orbitdb.orbits.newton import certificates
+from orbitdb.orbits.orbits import Orbits
 from orbitdb.orbits.solve import solve
-from orbitdb.orbits.status import Orbits, Status
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import from_strings, parse

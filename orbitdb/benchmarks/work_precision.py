@@ -1,7 +1,7 @@
 """Run time of each method against its error.
 
 The reference is ball arithmetic, which encloses every orbit to more than 50 digits
-(`orbitdb.orbits.newton.certificates`). The error of a method is the distance of its result from the
+(`orbitdb.orbits.admissible.certificates`). The error of a method is the distance of its result from the
 reference.
 """
 
@@ -15,9 +15,10 @@ import numpy as np
 from orbitdb.arrays import Floats, Indices, Integers, Words
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.newton import certificates, solve_in_doubles
+from orbitdb.orbits.admissible import certificates, solve_in_doubles
+from orbitdb.orbits.orbits import Orbits
 from orbitdb.orbits.relaxation import relax, starting_points
-from orbitdb.orbits.status import Orbits, Status
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.enumeration import representatives
 
 if TYPE_CHECKING:

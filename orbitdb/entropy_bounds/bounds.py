@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.display import Record
 from orbitdb.entropy_bounds.growth import automaton, growth
 from orbitdb.entropy_bounds.verdicts import Decision, Verdict, decide
 from orbitdb.entropy_bounds.windows import Letters, Windows, extended, first_windows
-from orbitdb.extras import Record
 from orbitdb.progress import Tell
 from orbitdb.text import between
 

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from orbitdb import __version__
+from orbitdb.display import load
 from orbitdb.errors import InputError, WorkError
-from orbitdb.extras import load
 from orbitdb.filling.workers import AHEAD, Task, Workers
 
 if TYPE_CHECKING:

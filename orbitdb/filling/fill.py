@@ -22,11 +22,12 @@ from orbitdb.errors import InputError
 from orbitdb.filling.estimate import check_room, need
 from orbitdb.filling.period_jobs import PeriodJob, Step, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
+from orbitdb.orbits.admissible import solve_admissible
 from orbitdb.orbits.births import find_changes
-from orbitdb.orbits.newton import solve_admissible
 from orbitdb.orbits.orbit import Orbit, pruned_word
+from orbitdb.orbits.orbits import Orbits
 from orbitdb.orbits.relaxation import relax
-from orbitdb.orbits.status import Orbits, Status
+from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.store import tables, writing
 from orbitdb.store.cursors import Cursor, OvertakenError, open_cursor

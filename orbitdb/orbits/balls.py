@@ -24,7 +24,8 @@ from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.ball_path import BallPath, Balls, Condition
 from orbitdb.orbits.error_bounds import enclosed_areas
-from orbitdb.orbits.status import Orbits, Status
+from orbitdb.orbits.orbits import Orbits
+from orbitdb.orbits.status import Status
 
 PRECISION, MAX_PRECISION = 128, 16384
 """Initial and maximum number of bits of the arithmetic."""

@@ -18,9 +18,10 @@ from orbitdb.arrays import Batch, Floats, Indices, Integers, Marks, Words
 from orbitdb.billiard.legs import Chain, centre_directions, cut, derivatives, direction_limits, slack_errors
 from orbitdb.billiard.stadium import MAX_A, MIN_A, Stadium
 from orbitdb.errors import WorkError
+from orbitdb.orbits.admissible import certificates
 from orbitdb.orbits.continuation import Zeros, candidates, follow, motion, refine, slacks_and_slopes
 from orbitdb.orbits.error_bounds import direction_errors
-from orbitdb.orbits.newton import certificates, newton
+from orbitdb.orbits.newton import newton
 from orbitdb.orbits.status import Status, decide
 from orbitdb.symbols.words import to_strings
 

@@ -2,7 +2,7 @@
 
 `OrbitClasses` holds symmetry classes as arrays; `exponents` finds the orbits among all words of a period.
 
-The statuses are proved as in `orbitdb.orbits.newton.solve_admissible`. Most words that are not orbits are
+The statuses are proved as in `orbitdb.orbits.admissible.solve_admissible`. Most words that are not orbits are
 recognised, and dropped, after a single step of Newton's method.
 """
 
@@ -17,8 +17,9 @@ from orbitdb.arrays import Batch, Floats, Indices, Integers, Marks
 from orbitdb.billiard.legs import Chain, Derivatives, centre_directions, cut, direction_limits, length
 from orbitdb.billiard.stability import exponent
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.extras import data_frame
-from orbitdb.orbits.newton import newton, newton_step, solve_in_balls
+from orbitdb.display import data_frame
+from orbitdb.orbits.admissible import solve_in_balls
+from orbitdb.orbits.newton import newton, newton_step
 from orbitdb.orbits.status import Status, decide
 from orbitdb.symbols.words import unpack
 from orbitdb.text import several

@@ -5,16 +5,15 @@ tridiagonal. Newton's method therefore finds the only maximum of every word, whe
 the stadium. Words that have converged are removed from the batch.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from orbitdb.arrays import Floats, Integers, Marks, Words
+from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
     centre_directions,
-    cut,
     derivatives,
     direction_limits,
     following,
@@ -23,12 +22,6 @@ from orbitdb.billiard.legs import (
     pressed_directions,
 )
 from orbitdb.billiard.stability import solve_cyclic
-from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.status import Orbits, Status, assess
-
-if TYPE_CHECKING:
-    from orbitdb.orbits.balls import Enclosure
-
 
 TOLERANCE = 1e-16
 MAX_STEPS = 50
@@ -42,55 +35,6 @@ class Directions(NamedTuple):
 
     alpha: Floats  # directions of the legs (radians), shape (m, N)
     iterations: Integers  # number of steps taken, shape (N,)
-
-
-def solve_admissible(
-    words: Words, stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
-) -> Orbits:
-    """Find the orbits of words known to be admissible, as `solve` does.
-
-    Unless `every` is set, words that are proved not to be orbits only get a status, a margin and a number of
-    steps.
-    """
-    orbits = solve_in_doubles(words, stadium, tolerance, every)
-    left = np.flatnonzero(orbits.status == Status.UNRESOLVED)
-    if len(left):
-        orbits.place(left, solve_in_balls(words[left], stadium))
-    return orbits
-
-
-def solve_in_balls(words: Words, stadium: Stadium) -> Orbits:
-    """Find the orbits of N >= 1 admissible words in ball arithmetic, and round them to doubles."""
-    from orbitdb.orbits.balls import as_orbits, enclose  # seldom needed, and takes 30 ms to import
-
-    return as_orbits(words, stadium, [enclose(word, stadium) for word in words])
-
-
-def solve_in_doubles(
-    words: Words, stadium: Stadium, tolerance: float = TOLERANCE, every: bool = True
-) -> Orbits:
-    """Find the orbits of words as `solve_admissible` does, but leave undecided words unresolved."""
-    orbits = Orbits.empty(words)
-    for rows, legs in cut(words):
-        directions = newton(legs, stadium.a, tolerance)
-        orbits.place(rows, assess(words[rows], legs, stadium, directions, every))
-    return orbits
-
-
-def certificates(words: Words, stadium: Stadium, precision: int | None = None) -> list["Enclosure"]:
-    """Prove the statuses of admissible words, shape (N, p), in ball arithmetic, from the words alone.
-
-    Newton's method in double precision only provides starting points, on which the proof does not rest.
-    `precision` is the initial number of bits, by default `orbitdb.orbits.balls.PRECISION`.
-    """
-    from orbitdb.orbits.balls import PRECISION, enclose_all
-
-    enclosures: dict[int, Enclosure] = {}
-    for rows, legs in cut(words):
-        start = newton(legs, stadium.a).alpha
-        enclosed = enclose_all(legs, stadium, start, precision or PRECISION)
-        enclosures.update(zip(rows.tolist(), enclosed, strict=True))
-    return [enclosures[row] for row in range(len(words))]
 
 
 def newton(

@@ -12,8 +12,8 @@ import numpy as np
 from orbitdb.arrays import Floats
 from orbitdb.billiard import stability
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.display import Drawn
 from orbitdb.errors import InputError
-from orbitdb.extras import Drawn
 from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.plane import symbol_plane

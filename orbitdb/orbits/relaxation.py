@@ -18,7 +18,8 @@ from orbitdb.billiard.legs import cut
 from orbitdb.billiard.stability import Links, bounce_matrices, forces
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.orbits.error_bounds import enclosed_areas
-from orbitdb.orbits.status import Orbits, Status
+from orbitdb.orbits.orbits import Orbits
+from orbitdb.orbits.status import Status
 
 EPSILON = 1e-7
 """Force at which the dynamics stops, as in the paper."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats, Indices, Marks, Words
 from orbitdb.billiard.stadium import SIDE, STRAIGHT, Stadium, written
-from orbitdb.orbits.newton import solve_admissible
+from orbitdb.orbits.admissible import solve_admissible
 from orbitdb.orbits.status import EXISTING
 from orbitdb.symbols.pruning import rules_broken
 from orbitdb.symbols.words import are_primitive, from_strings, least_rotation, primitive_root, to_strings

@@ -9,9 +9,11 @@ import numpy as np
 from orbitdb.arrays import Words
 from orbitdb.billiard.stadium import MIN_A, Stadium, as_stadium
 from orbitdb.errors import InputError
-from orbitdb.orbits.newton import TOLERANCE, solve_admissible
+from orbitdb.orbits.admissible import solve_admissible
+from orbitdb.orbits.newton import TOLERANCE
 from orbitdb.orbits.orbit import Orbit, pruned_word
-from orbitdb.orbits.status import NUMBERS, Orbits, Status, finite
+from orbitdb.orbits.orbits import NUMBERS, Orbits, finite
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.pruning import need_admissible
 from orbitdb.symbols.symmetry import class_of, class_size, label, time_reversal
 from orbitdb.symbols.words import from_strings, is_primitive, parse, parse_primitive

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Complexes, Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.extras import Drawn, data_frame
+from orbitdb.display import Drawn, data_frame
 from orbitdb.quantum.trace_formula import Terms, family
 from orbitdb.quantum.weyl import Parity, weyl
 from orbitdb.text import format_float

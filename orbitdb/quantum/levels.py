@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Floats
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium, as_stadium
+from orbitdb.display import Drawn, Table, data_frame
 from orbitdb.errors import InputError
-from orbitdb.extras import Drawn, Table, data_frame
 from orbitdb.quantum.condensation import Interiors, eigenfunctions, one_thread
 from orbitdb.quantum.elements import grid, quarter_stadium
 from orbitdb.quantum.weyl import Parity, parities_of, wavenumber, weyl

@@ -21,7 +21,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.extras import Drawn, data_frame
+from orbitdb.display import Drawn, data_frame
 from orbitdb.quantum.comparison import Comparison
 from orbitdb.quantum.conclusions import Gap, ranges
 from orbitdb.quantum.judging import FITS, judge

@@ -26,8 +26,8 @@ from scipy.spatial import cKDTree
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium, as_stadium
+from orbitdb.display import drawn, figure_name
 from orbitdb.errors import InputError
-from orbitdb.extras import drawn, figure_name
 from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.condensation import eigenfunctions, one_thread

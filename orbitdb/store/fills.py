@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import ColumnElement, Connection, func, or_, select, true
 
-from orbitdb.extras import Record
+from orbitdb.display import Record
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store.tables import DONE, TALLIED

@@ -7,7 +7,7 @@ import numpy as np
 from sqlalchemy import Connection, distinct, func, select
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.extras import Record
+from orbitdb.display import Record
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store.tables import BORN, DIED, DONE

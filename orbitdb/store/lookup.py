@@ -11,7 +11,8 @@ from sqlalchemy import REAL, Connection, Integer, and_, bindparam, cast, func, o
 from orbitdb.billiard import USUAL_A
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit, pruned_word
-from orbitdb.orbits.status import NUMBERS, Status
+from orbitdb.orbits.orbits import NUMBERS
+from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store.file import reading
 from orbitdb.store.views import classes, life

@@ -22,7 +22,8 @@ from orbitdb import __version__
 from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.orbits.births import JOINTS, Changes, events
-from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits
+from orbitdb.orbits.orbits import NUMBERS, Orbits
+from orbitdb.orbits.status import EXISTING
 from orbitdb.store import tables as t
 from orbitdb.store.connection import Driver
 from orbitdb.store.engines import make_engine, open_to_write, plain_errors

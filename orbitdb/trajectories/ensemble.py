@@ -18,8 +18,8 @@ import numpy as np
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import HALF_PI, Stadium
+from orbitdb.display import Record
 from orbitdb.errors import InputError, check_int
-from orbitdb.extras import Record
 from orbitdb.trajectories.rays import reflect_off_circle
 
 TRAJECTORIES = 4096

@@ -25,7 +25,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats, Integers, Marks, Words
 from orbitdb.billiard.stadium import Stadium, as_stadium
-from orbitdb.extras import Drawn
+from orbitdb.display import Drawn
 from orbitdb.symbols.plane import ANTICLOCKWISE, CLOCKWISE, PIECE, ordinate, symbol_plane
 from orbitdb.text import format_float
 from orbitdb.trajectories.rays import Rays, bounce

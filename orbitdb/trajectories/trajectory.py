@@ -11,8 +11,8 @@ import numpy as np
 from orbitdb.arrays import Floats, Words
 from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.stadium import HALF_PI, Stadium, as_stadium, written
+from orbitdb.display import Drawn, Table, data_frame
 from orbitdb.errors import InputError, as_floats, check_int
-from orbitdb.extras import Drawn, Table, data_frame
 from orbitdb.text import format_float, several
 from orbitdb.trajectories.rays import Rays, bounce
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats, Integers, Marks
 from orbitdb.errors import AlteredError, WorkError
-from orbitdb.orbits.status import NUMBERS, Orbits
+from orbitdb.orbits.orbits import NUMBERS, Orbits
 from orbitdb.store import query
 from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading

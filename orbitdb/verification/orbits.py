@@ -24,9 +24,11 @@ from orbitdb.billiard.arithmetic import EPSILON
 from orbitdb.billiard.legs import Derivatives, Legs, cut, derivatives, direction_limits
 from orbitdb.billiard.stability import Links, couplings_of, exponent, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
+from orbitdb.orbits.admissible import certificates, solve_admissible
 from orbitdb.orbits.error_bounds import direction_errors, enclosed_areas
-from orbitdb.orbits.newton import certificates, newton, solve_admissible
-from orbitdb.orbits.status import EXISTING, Orbits, Status
+from orbitdb.orbits.newton import newton
+from orbitdb.orbits.orbits import Orbits
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.file import Store
 from orbitdb.store.selection import Selection
 from orbitdb.store.writing import Writer, replace_certificates

@@ -9,7 +9,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.filling.fill import METHODS
 from orbitdb.orbits.births import JOINTS
-from orbitdb.orbits.status import EXISTING, NUMBERS, Status
+from orbitdb.orbits.orbits import NUMBERS
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.tables import BORN, DIED, DONE, FILLING, TABLES
 from orbitdb.symbols.symmetry import ELEMENT_ROWS

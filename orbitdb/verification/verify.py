@@ -2,7 +2,7 @@
 
 All words must be there (`orbitdb.verification.classes`). A stored orbit must be consistent and agree with a
 new solution (`orbitdb.verification.orbits`), and so must births, sweeps and levels
-(`orbitdb.verification.births_sweeps_levels`).
+(`orbitdb.verification.births`, `.sweeps`, `.levels`).
 """
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.extras import data_frame
+from orbitdb.display import data_frame
 from orbitdb.filling.workers import HERE, Workers, at_work
 from orbitdb.orbits.status import EXISTING
 from orbitdb.progress import Tell, nobody
@@ -24,7 +24,7 @@ from orbitdb.store.file import reading
 from orbitdb.store.paths import check_same_file, file_id
 from orbitdb.store.selection import Selection
 from orbitdb.text import format_float, several
-from orbitdb.verification.births_sweeps_levels import births, check_births, check_sweeps, levels, lives
+from orbitdb.verification.births import births, check_births, lives
 from orbitdb.verification.checks import (
     Block,
     Check,
@@ -37,7 +37,9 @@ from orbitdb.verification.checks import (
     stored_orbits,
 )
 from orbitdb.verification.classes import classes, counts, integrity, references
+from orbitdb.verification.levels import levels
 from orbitdb.verification.orbits import certify, check_against, check_consistency, restart, with_bounds
+from orbitdb.verification.sweeps import check_sweeps
 from orbitdb.verification.values import values
 
 if TYPE_CHECKING:

@@ -17,8 +17,9 @@ from orbitdb.benchmarks.stress import (
     small_margins,
 )
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.orbits import Orbits
 from orbitdb.orbits.solve import solve
-from orbitdb.orbits.status import Orbits, Status
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.enumeration import representatives
 
 

@@ -14,7 +14,7 @@ from orbitdb.benchmarks.work_precision import (
     sample,
 )
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.newton import certificates
+from orbitdb.orbits.admissible import certificates
 from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.enumeration import representatives

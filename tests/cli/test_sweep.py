@@ -154,7 +154,7 @@ def test_partial_births_are_named_and_left_out(cli, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_verify_says_which_sums_it_did_not_compute_again(cli, tmp_path, monkeypatch):
-    monkeypatch.setattr("orbitdb.verification.births_sweeps_levels.SWEPT_ANEW", 2)
+    monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", 2)
     cli("sweep", "--p", "4")
     cli("births", "--p", "4")
     assert "11 of 11 classes have all births and deaths between" in cli("verify", "--births").err

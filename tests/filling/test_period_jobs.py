@@ -18,7 +18,7 @@ from quick import slow_but
 from orbitdb.filling import fill, sweeps
 from orbitdb.filling.fill import fill_geometric, fill_periods
 from orbitdb.filling.period_jobs import Step
-from orbitdb.orbits.newton import solve_admissible
+from orbitdb.orbits.admissible import solve_admissible
 from orbitdb.store.file import migrate
 
 Work = Callable[[Path], Iterator[Step]]

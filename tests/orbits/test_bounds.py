@@ -13,6 +13,7 @@ from there import there
 
 from orbitdb.billiard.legs import centre_directions, cut, derivatives
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.admissible import solve_in_doubles
 from orbitdb.orbits.balls import enclose, true_errors
 from orbitdb.orbits.error_bounds import steepness
 from orbitdb.orbits.least_values import (
@@ -21,9 +22,9 @@ from orbitdb.orbits.least_values import (
     least_length,
     least_limit_of_lengths,
 )
-from orbitdb.orbits.newton import solve_in_doubles
+from orbitdb.orbits.orbits import Orbits
 from orbitdb.orbits.solve import solve, solve_word
-from orbitdb.orbits.status import Orbits, Status
+from orbitdb.orbits.status import Status
 from orbitdb.symbols.words import from_strings, parse, to_strings
 
 VALUES = [0.5, 1.6, 5.0]

@@ -12,11 +12,13 @@ from solutions import random_word, real, representatives, solved, words_of
 from orbitdb.billiard.legs import Legs, cut, derivatives, direction_limits
 from orbitdb.billiard.stability import forces
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
+from orbitdb.orbits.admissible import solve_admissible
 from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.exponents import exponents
-from orbitdb.orbits.newton import MAX_STEPS, newton, responses, solve_admissible
+from orbitdb.orbits.newton import MAX_STEPS, newton, responses
+from orbitdb.orbits.orbits import NUMBERS
 from orbitdb.orbits.solve import solve
-from orbitdb.orbits.status import NUMBERS, Status, decide
+from orbitdb.orbits.status import Status, decide
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.words import from_strings, pack, parse
 

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue, Stadium, solve_word
+from orbitdb.display import load
 from orbitdb.errors import InputError, StoreError
-from orbitdb.extras import load
 from orbitdb.orbits.solve import solve
 from orbitdb.store.engines import plain_errors
 from orbitdb.store.selection import Selection, SelectionError, parse_bound, parse_bounds

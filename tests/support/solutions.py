@@ -14,8 +14,9 @@ from orbitdb.averages.by_period import (
 )
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
 from orbitdb.orbits.exponents import OrbitClasses
+from orbitdb.orbits.orbits import Orbits
 from orbitdb.orbits.solve import solve
-from orbitdb.orbits.status import Orbits, Status
+from orbitdb.orbits.status import Status
 from orbitdb.symbols import enumeration as classes
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.symmetry import all_images

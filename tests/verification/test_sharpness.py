@@ -8,8 +8,9 @@ from quick import slow_but
 from solutions import representatives
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.orbits.orbits import NUMBERS, Orbits
 from orbitdb.orbits.solve import solve
-from orbitdb.orbits.status import EXISTING, NUMBERS, Orbits
+from orbitdb.orbits.status import EXISTING
 from orbitdb.symbols.symmetry import class_of
 from orbitdb.symbols.words import from_strings, parse, to_strings
 from orbitdb.verification.orbits import BOUNDED, check_against, check_consistency, prove, restart

@@ -18,8 +18,9 @@ from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.orbits.solve import solve
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
-from orbitdb.verification.births_sweeps_levels import check_births, check_sweeps, lives, whole_births
+from orbitdb.verification.births import check_births, lives, whole_births
 from orbitdb.verification.checks import Check, Scope
+from orbitdb.verification.sweeps import check_sweeps
 from orbitdb.verification.verify import report, verify
 
 BOTH = Selection(1.6), Selection(1.0)
@@ -123,7 +124,7 @@ def begun(begun_once: Path, tmp_path: Path) -> Path:
 def test_an_unfinished_period_does_not_hide_later_ones(begun, monkeypatch):
     list(fill_periods(begun, 1.6, [5]))
     alter(begun, "UPDATE fill SET state = 'filling', n_c = NULL")
-    monkeypatch.setattr("orbitdb.verification.births_sweeps_levels.BLOCK", 12)
+    monkeypatch.setattr("orbitdb.verification.births.BLOCK", 12)
     with reading(begun) as connection:
         scope = Scope(connection)
         steps = [part.checked(scope) for part in lives(scope)]

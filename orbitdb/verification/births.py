@@ -1,58 +1,34 @@
-"""Check births, sweeps and quantum levels, each against new solutions and against whatever else is stored.
+"""Check births and deaths against new solutions, and against every fill.
 
 The status at both ends of the bracket around a birth or death is decided again. That none is missing is
 proved cell by cell in ln a, by another method than the one that found them.
-
-The words of a swept period are solved again, up to period `SWEPT_ANEW`. Levels are found again on another
-grid; their number must be the same, and they must agree within their errors.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import partial
 from itertools import groupby
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.answers.levels import stored_levels
 from orbitdb.arrays import Floats, Integers, Marks, Words
-from orbitdb.averages.by_period import PeriodSums
 from orbitdb.billiard.legs import cut
-from orbitdb.billiard.stadium import MAX_A, MIN_A, Stadium
+from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.orbits.births import JOINTS, events, find_changes, signs
-from orbitdb.orbits.exponents import OrbitClasses, Tally
 from orbitdb.orbits.missing_births import Completeness, KnownChange, prove_all
 from orbitdb.orbits.newton import newton
-from orbitdb.orbits.solve import solve
-from orbitdb.orbits.status import Status
-from orbitdb.quantum.levels import ROUNDING, windows
-from orbitdb.quantum.weyl import Parity
-from orbitdb.store.fills import Sweep, read_sweeps
 from orbitdb.store.lives import BirthFill, count_births, counts_at, read_birth_fills
-from orbitdb.store.selection import Selection
 from orbitdb.store.tables import BORN, DIED, DONE
-from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
-from orbitdb.symbols.symmetry import SIZES
-from orbitdb.symbols.words import from_strings, unpack
+from orbitdb.symbols.words import from_strings
 from orbitdb.text import format_float, shortened
 from orbitdb.verification.checks import LISTED, Block, Check, Part, Scope, blocks, differences
 from orbitdb.verification.classes import fill_rows
 
-SWEPT_ANEW = 11
-"""Highest period of a sweep to solve again, which takes half a second."""
-
-_ROUNDING = 1e-12
 _SLOPES = 1e-6
 """Relative difference of slopes: they are taken at values of a that differ by the error of a change."""
-_REPETITIONS = 20
-"""Allowed ratio of the error of a term to that of its orbit, due to the weights of repetitions."""
-
-_GRID = (20, 2)
-"""Degree, and divisions of the cells at the joint: a finer grid than that on which levels are found."""
 
 _BORN = "(SELECT * FROM cycle WHERE id IN (SELECT cycle FROM change))"
 """The classes with births."""
@@ -218,83 +194,3 @@ def _prove_lives(block: Block, scope: Scope) -> Iterator[Check]:
     yield replace(judgement, rows=len(brackets) - undecided)
     if undecided:
         yield Check("undecided", undecided)
-
-
-def check_sweeps(scope: Scope) -> Iterator[Check]:
-    """Check the counts of every chosen whole period that has been swept, and the sums up to `SWEPT_ANEW`."""
-    with_births = {births.p for births in read_birth_fills(scope.connection) if births.complete}
-    for selection in scope.selections:
-        a = selection.a
-        fills = {fill["p"]: fill for fill in fill_rows(scope) if (fill["a"], fill["state"]) == (a, DONE)}
-        for sweep in read_sweeps(scope.connection, a):
-            if not (sweep.complete and selection.includes(sweep.p)):
-                continue
-            label = f"p = {sweep.p} at a = {format_float(a)}"
-            others = [fills[sweep.p]] if sweep.p in fills else []
-            if sweep.p in with_births:
-                others.append(vars(counts_at(scope.connection, a, sweep.p)))
-            if sweep.p <= SWEPT_ANEW:
-                tally, sums, off = _solved(sweep.p, a)
-                others.append(vars(tally))
-                yield _compared(label, sweep.sums, sums, off)
-            yield Check.single("sweeps", label, _wrong_tally(sweep, others))
-
-
-def _wrong_tally(sweep: Sweep, others: Sequence[Mapping[str, Any]]) -> Iterator[str]:
-    """Yield the counts that disagree with the transfer matrix, or with other counts of the period."""
-    if sweep.tally.words != (total := count_admissible(sweep.p)):
-        yield f"{sweep.tally.words} words instead of {total}"
-    for counts in others:
-        names = ("n_c", "classes", "boundary", "unresolved")
-        yield from differences(vars(sweep.tally), {name: counts[name] for name in names})
-
-
-def _compared(label: str, sums: PeriodSums | None, expected: PeriodSums, off: float) -> Check:
-    """Compare the sums of a sweep with those over new solutions, given the largest error of an orbit."""
-    stored, right = (np.frombuffer(b"" if of is None else of.numbers()) for of in (sums, expected))
-    if len(stored) != len(right):
-        return Check("sums", 1, 1, first=label)
-    worst = np.max(np.abs(stored - right) / np.where(right > 0, right, 1.0), initial=0.0)
-    return Check.measured("sums", [label], np.array([worst]), np.array([_ROUNDING + _REPETITIONS * off]))
-
-
-def _solved(p: int, a: float) -> tuple[Tally, PeriodSums, float]:
-    """Solve a period as a fill does; return its counts and sums, and the largest error of an orbit.
-
-    The error of an orbit is the error of lambda plus the relative error of the length.
-    """
-    classes = all_least_words(Span.of_period(p))
-    sizes = SIZES[classes.stabiliser].astype(np.int64)
-    solved = solve(unpack(classes.codes, p), Stadium(a))
-    exists = solved.status == Status.ORBIT
-    orbits, of_orbits = solved.rows(exists), sizes[exists]
-    others = (int(sizes[solved.status == of].sum()) for of in (Status.BOUNDARY, Status.UNRESOLVED))
-    tally = Tally(int(sizes.sum()), int(of_orbits.sum()), len(orbits), *others)
-    walls = np.isin(orbits.words, (0, 2)).sum(axis=1)
-    rows = OrbitClasses(np.full(len(orbits), p), of_orbits, orbits.length, orbits.lyapunov, walls)
-    off = np.max(orbits.lyapunov_error + orbits.length_error / orbits.length, initial=0.0)
-    return tally, PeriodSums.of(rows, p), float(off)
-
-
-def levels(scope: Scope) -> Iterator[Part]:
-    """Check the quantum levels of each parity at the chosen a, unless words are chosen."""
-    chosen = {selection.a for selection in scope.selections if selection == Selection(selection.a)}
-    stored = scope.query("SELECT DISTINCT a, parity FROM level_fill ORDER BY a, parity")
-    for a, parity in (row for row in stored if row[0] in chosen):
-        yield Part(f"levels {parity} at a = {format_float(a)}", partial(_levels, a, parity))
-
-
-def _levels(a: float, parity: str, scope: Scope) -> Iterator[Check]:
-    """Check the numbers of levels in and below each window and, if they are right, each level."""
-    for stored in stored_levels(scope.connection, a, Parity(parity)):
-        anew = [task.solved(*_GRID) for task in windows(Stadium(a), stored.parity, stored.low, stored.high)]
-        k = np.concatenate([window.k for window in anew])
-        query = "SELECT number FROM level WHERE (a, parity) = (:a, :parity) AND k >= :low AND k < :high"
-        window = {"a": a, "parity": parity, "low": stored.low, "high": stored.high}
-        numbers = [number for (number,) in scope.query(f"{query} ORDER BY k", **window)]
-        right = anew[0].below, [*range(anew[0].below + 1, anew[0].below + 1 + len(k))]
-        if (stored.below, numbers) != right or len(stored.k) != len(k):
-            yield Check.judged("levels", [f"{parity} {stored.low:g} to {stored.high:g}"], [True])
-        else:
-            labels = [f"{parity} {level:.6g}" for level in stored.k]
-            yield Check.measured("levels", labels, np.abs(stored.k - k), stored.error + ROUNDING * k)
