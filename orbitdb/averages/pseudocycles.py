@@ -20,7 +20,6 @@ from orbitdb.averages.zeta import Expansion, ZetaAverages
 from orbitdb.orbits.exponents import OrbitClasses
 
 CHUNK = 1 << 16
-"""Approximate number of pseudo-cycles built at a time, which limits the memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +41,7 @@ def expand_by_stability(
     cut: float,
     highest: int | None = None,
     progress: Callable[[float], object] | None = None,
+    chunk: int = CHUNK,
 ) -> Expansion:
     """Return the sum of all terms of 1/zeta whose product of multipliers is at most e^cut.
 
@@ -54,6 +54,8 @@ def expand_by_stability(
         Maximum order of a term; unlimited by default.
     progress : callable, optional
         Called periodically with an estimate of the fraction of the work done, which never decreases.
+    chunk : int, optional
+        Approximate number of pseudo-cycles built at a time, which limits the memory.
 
     Notes
     -----
@@ -73,7 +75,7 @@ def expand_by_stability(
     while stack:
         share, terms = stack.pop()
         room = terms.room(factors, cut)
-        if len(terms) > 1 and room.sum() > CHUNK:
+        if len(terms) > 1 and room.sum() > chunk:
             stack += _shared(share, terms.halves(), factors, cut)
             continue
         for ladder in ladders:

@@ -171,8 +171,8 @@ class Decision:
     extend_left: Marks
 
 
-def decide(windows: Windows, a: float, tell: Tell | None = None) -> Decision:
-    """Decide windows at a given a, and report progress.
+def decide(windows: Windows, a: float, tell: Tell | None = None, size: int = BATCH) -> Decision:
+    """Decide windows at a given a, `size` of them at a time, and report progress.
 
     f increases with the push d at the left end and the push c at the right end (`OpenChains.lean`), or at
     least crosses zero only upwards. Therefore f > 0 is decided with both pushes reversed, and f < 0 with both
@@ -181,10 +181,10 @@ def decide(windows: Windows, a: float, tell: Tell | None = None) -> Decision:
     check_functions()
     verdict = np.zeros(len(windows), dtype=np.uint8)
     extend_left = np.zeros(len(windows), dtype=np.bool_)
-    for start in range(0, len(windows), BATCH):
+    for start in range(0, len(windows), size):
         if tell:
             tell(start, len(windows), f"{windows.edges} letters")
-        batch = np.arange(start, min(start + BATCH, len(windows)))
+        batch = np.arange(start, min(start + size, len(windows)))
         for rows, chains in open_chains(windows.rows(batch)):
             decision = _decide(chains, a)
             verdict[batch[rows]], extend_left[batch[rows]] = decision.verdict, decision.extend_left

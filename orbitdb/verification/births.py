@@ -168,11 +168,11 @@ def _signs(words: Words, a: Floats) -> NDArray[np.int8]:
     return sign
 
 
-def lives(scope: Scope) -> Iterator[Part]:
-    """Prove that no birth or death is missing in the chosen periods with complete births."""
+def lives(scope: Scope, size: int = BLOCK) -> Iterator[Part]:
+    """Prove that no birth or death is missing in the chosen periods with complete births, block by block."""
     born = scope.ids(_BORN)
     for fill in whole_births(scope):
-        for block in blocks({fill.p: born[fill.p]} if fill.p in born else {}, BLOCK):
+        for block in blocks({fill.p: born[fill.p]} if fill.p in born else {}, size):
             yield block.part("missing births", _prove_lives)
 
 

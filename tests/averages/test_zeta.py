@@ -93,7 +93,7 @@ def test_the_stability_expansion_equals_a_list_of_pseudocycles(rows, cut, degree
     np.testing.assert_allclose(free.coefficients[:size], found.coefficients, rtol=1e-12, atol=1e-12)
 
 
-def test_small_chunks_change_nothing(monkeypatch):
+def test_small_chunks_change_nothing():
     rng = np.random.default_rng(5)
     n = 60
     cost = rng.uniform(1, 8, n)
@@ -101,9 +101,8 @@ def test_small_chunks_change_nothing(monkeypatch):
         rng.integers(2, 9, n), rng.integers(1, 9, n), cost, np.exp(-cost), np.stack([cost, 2 * cost])
     )
     whole = expand_by_stability(factors, 7.0)
-    monkeypatch.setattr("orbitdb.averages.pseudocycles.CHUNK", 40)
     done: list[float] = []
-    parts = expand_by_stability(factors, 7.0, progress=done.append)
+    parts = expand_by_stability(factors, 7.0, progress=done.append, chunk=40)
     assert len(done) > 5
     assert done == sorted(done)
     assert done[-1] == pytest.approx(1)

@@ -206,8 +206,7 @@ def test_windows_too_close_to_call_are_undecided(monkeypatch):
     windows, _, _ = stretches(words_of(6), 4, 4)
     low, high = ranges(windows, 1.6)
     plain = decide(windows, 1.6).verdict
-    monkeypatch.setattr(verdicts, "BATCH", 100)
-    assert (decide(windows, 1.6).verdict == plain).all()
+    assert (decide(windows, 1.6, size=100).verdict == plain).all()
     monkeypatch.setattr(verdicts, "ROUNDING", 0.2)
     rough = decide(windows, 1.6).verdict
     assert (rough[(low < 0.2) & (high > -0.2)] == Verdict.UNDECIDED).all()

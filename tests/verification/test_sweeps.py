@@ -121,13 +121,12 @@ def begun(begun_once: Path, tmp_path: Path) -> Path:
 
 
 @pytest.mark.slow
-def test_an_unfinished_period_does_not_hide_later_ones(begun, monkeypatch):
+def test_an_unfinished_period_does_not_hide_later_ones(begun):
     list(fill_periods(begun, 1.6, [5]))
     alter(begun, "UPDATE fill SET state = 'filling', n_c = NULL")
-    monkeypatch.setattr("orbitdb.verification.births.BLOCK", 12)
     with reading(begun) as connection:
         scope = Scope(connection)
-        steps = [part.checked(scope) for part in lives(scope)]
+        steps = [part.checked(scope) for part in lives(scope, 12)]
         assert [(step.stage, step.done, step.total) for step in steps] == [
             ("missing births, p = 5", 12, 17),
             ("missing births, p = 5", 17, 17),
