@@ -17,9 +17,9 @@ from typing import Annotated, Any
 
 import typer
 
-from orbitdb.answers.export import TEXT_WRITERS
 from orbitdb.cli.advice import completed
 from orbitdb.errors import InputError
+from orbitdb.output_files import TEXT_WRITERS
 from orbitdb.progress import Tell, aside, nobody, shown
 from orbitdb.text import as_sure, format_float, joined, line, outward, printable, upwards
 

@@ -723,7 +723,7 @@ class Catalogue:
         StoreError
             If the disk has no room, or the file cannot be written.
         """
-        from orbitdb.answers.export import check_space, check_target, complete
+        from orbitdb.output_files import check_space, check_target, complete
         from orbitdb.store.file import copy_into, size_of
 
         path = home_expanded(target)

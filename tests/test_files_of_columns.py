@@ -11,7 +11,7 @@ import pytest
 from processes import run
 from quick import slow_but
 
-from orbitdb.answers import export as files
+from orbitdb import output_files as files
 from orbitdb.errors import StoreError
 
 
@@ -57,12 +57,11 @@ WRITE = """
 import random, sys
 from importlib.metadata import version
 from pathlib import Path
-from orbitdb import errors
-from orbitdb.answers import export
+from orbitdb import errors, output_files
 random.seed(1)
 rows = [["13", random.random()] for _ in range(50_000)]
 try:
-    export.write_file(Path(sys.argv[1]), sys.argv[2], ("code", "length"), rows, {})
+    output_files.write_file(Path(sys.argv[1]), sys.argv[2], ("code", "length"), rows, {})
 except errors.StoreError as error:
     print(error)
 """

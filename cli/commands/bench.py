@@ -54,8 +54,8 @@ def bench(
 
 def _compare(p: int, stadium: "Stadium", output: Output, picture: Path | None) -> None:
     """Compare the methods for one period, and draw the diagram if requested."""
-    from orbitdb.answers.export import FIGURES, check_target, complete, form_of
     from orbitdb.benchmarks.work_precision import WorkPrecision, sample, work_precision
+    from orbitdb.output_files import FIGURES, check_target, complete, form_of
 
     title = f"p = {p} at a = {format_float(stadium.a)}"
     if picture is not None:

@@ -83,7 +83,7 @@ def export(
     limited to these words. A name ending in .db makes a copy of the whole catalogue, as it is at one moment,
     even while other commands write to it.
     """
-    from orbitdb.answers import export as files
+    from orbitdb import output_files as files
 
     if dataset:
         choosing = (field.name for field in fields(SelectionOptions))
@@ -118,7 +118,7 @@ def export(
 
 def _write(listing: "Listing", bounces: bool, file: Path | None, kind: str, many: bool) -> int:
     """Write the rows to a file or to stdout, and return how many; without rows, exit."""
-    from orbitdb.answers import export as files
+    from orbitdb import output_files as files
 
     with progress("sorting"):
         said, absent = listing.notes, listing.absent
@@ -141,7 +141,7 @@ def _write(listing: "Listing", bounces: bool, file: Path | None, kind: str, many
 
 
 def _copy(file: Path, force: bool, db: Path) -> None:
-    from orbitdb.answers import export as files
+    from orbitdb import output_files as files
     from orbitdb.catalogue import Catalogue
 
     files.check_target(file, force)  # before anything is read

@@ -144,7 +144,7 @@ def plot(
 
 def _target(context: typer.Context, output: Path, form: str | None, force: bool) -> str:
     """Return the format of the figure; refuse a file that must not be written."""
-    from orbitdb.answers.export import FIGURES, STDOUT, check_target, form_of
+    from orbitdb.output_files import FIGURES, STDOUT, check_target, form_of
 
     if output == STDOUT:
         options.refuse_idle(context, "on stdout", "force")
@@ -172,7 +172,7 @@ def _refuse_others(
 
 
 def _write(made: "Picture", output: Path, ending: str, dpi: int) -> None:
-    from orbitdb.answers.export import STDOUT, complete
+    from orbitdb.output_files import STDOUT, complete
     from orbitdb.plots import style
 
     label = str(made.get_label())

@@ -9,7 +9,6 @@ from typing import Any
 
 from textual.message import Message
 
-from orbitdb.answers.export import FIGURES, FORMATS, TEXT_WRITERS, complete
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import code_text
@@ -20,6 +19,7 @@ from orbitdb.columns import WRITTEN
 from orbitdb.display import load
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.output_files import FIGURES, FORMATS, TEXT_WRITERS, complete
 from orbitdb.plots.registry import load_function
 from orbitdb.plots.svg import orbit_svg
 from orbitdb.store.selection import Selection

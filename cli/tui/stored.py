@@ -10,10 +10,10 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from textual.cache import LRUCache
 
-from orbitdb.answers.export import complete
 from orbitdb.catalogue import Catalogue
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
+from orbitdb.output_files import complete
 from orbitdb.store.query import first_of_period, first_that_begins, position_of, select_words
 from orbitdb.store.rows import SelectedWords, rows_of
 from orbitdb.store.selection import Selection

@@ -16,12 +16,12 @@ from typing import Any, NamedTuple
 from orbitdb import __version__
 from orbitdb.answers.completeness import gaps, nothing, periods_with_births
 from orbitdb.answers.entropy import table
-from orbitdb.answers.export import check_space, complete_folder, write_csv, write_parquet
 from orbitdb.answers.levels import stored_levels
 from orbitdb.answers.lyapunov import OF_AVERAGES, lyapunov
 from orbitdb.answers.results import Result
 from orbitdb.columns import EVERY, OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES, WRITTEN, Column
 from orbitdb.errors import ExportError, StoreError
+from orbitdb.output_files import check_space, complete_folder, write_csv, write_parquet
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.connection import Connection

@@ -17,10 +17,10 @@ from orbitdb.answers.completeness import (
     nothing,
     partial_periods,
 )
-from orbitdb.answers.export import check_target, form_of, write_file
 from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
 from orbitdb.display import data_frame
+from orbitdb.output_files import check_target, form_of, write_file
 from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.query import parse_order, select_words
 from orbitdb.store.rows import COLUMNS, SelectedWords, rows_of

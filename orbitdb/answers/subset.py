@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from orbitdb.answers.export import arrow_batch, arrow_schema
 from orbitdb.answers.results import MOST_ROWS, html_of_orbits
 from orbitdb.arrays import Floats, Integers, Texts, Values
 from orbitdb.billiard.stadium import Stadium
@@ -20,6 +19,7 @@ from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.orbits import NUMBERS, finite
 from orbitdb.orbits.status import EXISTING, Status
+from orbitdb.output_files import arrow_batch, arrow_schema
 from orbitdb.store.file import Store
 from orbitdb.store.lookup import find_or_solve
 from orbitdb.store.query import select_words

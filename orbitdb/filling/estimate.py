@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from orbitdb.answers.export import check_space
+from orbitdb.output_files import check_space
 from orbitdb.store.file import check_file, reading
 from orbitdb.store.fills import read_fills, read_sweeps
 from orbitdb.store.lookup import a_values

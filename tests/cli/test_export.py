@@ -11,7 +11,7 @@ from processes import COMMAND
 from there import there
 
 from orbitdb import Catalogue, __version__
-from orbitdb.answers import export as files
+from orbitdb import output_files as files
 from orbitdb.store.selection import SelectionError
 
 

@@ -13,7 +13,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform == "win32", reas
 _STOPPED = """
 import os, signal
 from pathlib import Path
-from orbitdb.answers import export
+from orbitdb import output_files
 from orbitdb.cli.main import run
 plain = os.{step}
 def stopping(*names, **options):

@@ -24,7 +24,7 @@ def to_40(made_once):
 
     def make(path):
         with path.open("wb") as file:
-            np.savez(file, **{parity: exact(1.6, parity, 40.0) for parity in ("oo", "ee", "eo")})
+            np.savez(file, oo=exact(1.6, "oo", 40.0), ee=exact(1.6, "ee", 40.0), eo=exact(1.6, "eo", 40.0))
 
     return dict(np.load(made_once("levels-to-40", make)))
 
