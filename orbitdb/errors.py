@@ -60,11 +60,11 @@ class AlteredError(StoreError):
         return f"the catalogue was altered: {self.what}; 'orbitdb verify' shows what is wrong"
 
 
-class DeletedError(AlteredError):
+class DeletedError(StoreError):
     """Rows that were chosen before have been deleted by another process since then."""
 
     def __str__(self) -> str:
-        return f"{self.what} were deleted meanwhile: ask again"
+        return f"{super().__str__()} were deleted meanwhile: ask again"
 
 
 class WorkError(Exception):

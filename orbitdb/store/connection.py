@@ -64,6 +64,8 @@ class Driver(sqlite3.Connection):
         Why ``code()`` or ``contains()`` last failed; SQLite does not pass this on.
     alone : bool
         Whether it reads the file without locks and journal (`read_alone`).
+    opened : object
+        What the file was like when it was opened.
     used : bool
         Whether it has answered a question.
     cancelled : callable
@@ -73,6 +75,7 @@ class Driver(sqlite3.Connection):
     path = Path(":memory:")
     refusal = ""
     alone = False
+    opened: object = None
     used = False
     cancelled: Callable[[], bool] = staticmethod(never)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import sqlalchemy as sa
-from sqlalchemy.pool import QueuePool, StaticPool
+from sqlalchemy.pool import Pool, QueuePool, StaticPool
 
 from orbitdb.errors import StoreError
 from orbitdb.store import tables as t
@@ -164,6 +164,7 @@ class Store:
         self.path, self._missing_ok = absolute_path(path), missing_ok
         self._open = _OpenFile(self.path, missing_ok)
         self.engine = make_engine(self._open.connect, "BEGIN", QueuePool, pool_use_lifo=True, max_overflow=-1)
+        self._open.pool = self.engine.pool
         sa.event.listen(self.engine, "checkout", self._open.check)
         sa.event.listen(self.engine, "begin", self._open.begun)
         weakref.finalize(self, _close, self.engine, self._open, True)
@@ -219,28 +220,32 @@ class _OpenFile:
 
     def __init__(self, path: Path, missing_ok: bool) -> None:
         self.path, self._missing_ok = path, missing_ok
+        self.file = file_id(path)  # as it was when a connection was last opened
         self.journal: dict[Path, FileId | None] = {}
         self.connections = weakref.WeakSet[sa.Connection]()
-        self._note()
+        self.pool: Pool | None = None
 
-    def _note(self) -> None:
-        self.file, self.alone = file_id(self.path), read_alone(self.path)
+    def _now(self) -> tuple[FileId | None, bool]:
+        return file_id(self.path), read_alone(self.path)
 
     def connect(self) -> Driver:
         """Open the file that is now at the path, or an empty catalogue in memory."""
         with plain_errors(self.path):
             there = need_readable(self.path, self._missing_ok)
-            self._note()
+            now = self.file, _ = self._now()
             driver = open_to_read(self.path) if there else open_empty()
-            driver.path = self.path
+            driver.path, driver.opened = self.path, now
             return driver
 
     def check(self, driver: Driver, _record: Any, _proxy: Any) -> None:
         """Make the pool open the file anew if it is not the one that a kept connection has open.
 
-        A file that was copied over another one keeps its inode, so its size and time count, too.
+        A file that was copied over another one keeps its inode, so its size and time count, too. All idle
+        connections are closed, because the last one to close an old file removes its journal.
         """
-        if driver.used and (self.file, self.alone) != (file_id(self.path), read_alone(self.path)):
+        if driver.used and driver.opened != self._now():
+            if self.pool:
+                self.pool.dispose()
             self.remove_journal()
             raise sa.exc.InvalidatePoolError("the file was written or replaced")
         driver.used = True

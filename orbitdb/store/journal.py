@@ -31,13 +31,17 @@ def journal_ids(path: Path) -> dict[Path, FileId | None]:
     return {part: file_id(part) for part in journal_files(path)}
 
 
-def remove_journal_of(path: Path, opened: FileId | None, journal: dict[Path, FileId | None]) -> None:
+def remove_journal_of(
+    path: Path, opened: FileId | None, journal: dict[Path, FileId | None], moved: bool = False
+) -> None:
     """Remove the journal of an opened file that is no longer at its path; SQLite would leave it there.
 
-    It would be taken for that of the next file with this name.
+    It would be taken for that of the next file with this name. If there is none, the file may have been moved
+    away and still need its journal, unless everything in it has been `moved` into the file.
     """
     now = file_id(path)
-    if now is None or not now.is_same(opened):
+    gone = moved or not journal_size(path) if now is None else not now.is_same(opened)
+    if gone:
         for part, was in journal.items():
             if was is not None and was.is_same(file_id(part)):
                 part.unlink(missing_ok=True)

@@ -79,9 +79,10 @@ class Writer:
             self._check_file()
             with plain_errors(self.path):
                 with self._engine.begin() as connection:
+                    before = self._drivers[0].total_changes
                     yield connection
-                    own = t.run.c.id == next(iter(self._run_ids.values()), None)
-                    connection.execute(sa.update(t.run).where(own).values(commits=t.run.c.commits + 1))
+                    if self._drivers[0].total_changes > before:
+                        self._count(connection)
                     self._check_file()
                     self._journal = journal_ids(self.path)
                 checkpoint(self._engine, self._drivers[-1], JOURNAL_LIMIT)
@@ -89,6 +90,12 @@ class Writer:
             self._run_ids = noted  # the runs recorded since then were rolled back
             self._interrupted |= not isinstance(error, Exception)
             raise
+
+    def _count(self, connection: Connection) -> None:
+        """Count a transaction in the row of this run, or in that of the last run until this one is stored."""
+        own = next(iter(self._run_ids.values()), None) or select(sa.func.max(t.run.c.id)).scalar_subquery()
+        counted = sa.update(t.run).where(t.run.c.id == own).values(commits=t.run.c.commits + 1)
+        connection.execute(counted)
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
@@ -110,13 +117,15 @@ class Writer:
         StoreError
             If the file is no longer at its path.
         """
+        moved = False
         if self._journal and not self._interrupted:  # or the interrupted statement may still have the lock
             with suppress(sqlite3.Error, sa.exc.DBAPIError):
                 checkpoint(self._engine, self._drivers[-1])
+                moved = True
         self._engine.dispose()
         for driver in self._drivers:
             driver.close()
-        remove_journal_of(self.path, self._file, self._journal)
+        remove_journal_of(self.path, self._file, self._journal, moved)
         self._check_file()
 
     def _check_file(self) -> None:
@@ -166,20 +175,22 @@ def replace_certificates(
     connection: Connection,
     stadium_id: int,
     tried: Sequence[int],
-    proved: Sequence[tuple[int, float, int]],
+    proved: Sequence[tuple[int, int, float, int]],
     version: str,
 ) -> None:
     """Delete the certificates of all classes that were tried, and store those of the proved classes.
 
-    A proof consists of the id of a class, the radius, and the number of bits of the arithmetic.
+    A proof consists of the ids of a class and of the run that stored its orbit, the radius, and the number of
+    bits of the arithmetic. It is left out if others have deleted or replaced the orbit meanwhile.
     """
     own = t.certificate
     for cycle in tried:
         connection.execute(sa.delete(own).where(own.c.stadium == stadium_id, own.c.cycle == cycle))
-    at_once = select(t.orbit.c.cycle).where(t.orbit.c.stadium == stadium_id)
-    stored = set(connection.scalars(at_once)) if proved else set()  # others may have deleted orbits meanwhile
-    if proved := [proof for proof in proved if proof[0] in stored]:
-        cycles, radii, bits = zip(*proved, strict=True)
+    of_tried = t.orbit.c.stadium == stadium_id, t.orbit.c.cycle.in_(tried)
+    query = select(t.orbit.c.cycle, t.orbit.c.run).where(*of_tried)
+    stored = {(cycle, run) for cycle, run in connection.execute(query)}
+    if proved := [proof for proof in proved if proof[:2] in stored]:
+        cycles, _, radii, bits = zip(*proved, strict=True)
         number = writer.run_id(connection)
         insert(connection, own, {
             "stadium": repeat(stadium_id, len(cycles)), "cycle": cycles, "radius": radii, "bits": bits,

@@ -2,7 +2,7 @@
 
 import json
 import sqlite3
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from orbitdb.arrays import Floats, Integers, Marks
-from orbitdb.errors import AlteredError, WorkError
+from orbitdb.errors import AlteredError, DeletedError, WorkError
 from orbitdb.orbits.orbits import NUMBERS, Orbits
 from orbitdb.store import query
 from orbitdb.store.connection import Connection
@@ -209,12 +209,12 @@ def damage(stage: str, error: Exception) -> Check:
     """Return the failed check for an error that a stored value caused.
 
     Damage can turn any value into NULL, another type or another number, so the error can be of any kind. Only
-    errors of the system, of the user's own expression, and signals are raised again.
+    errors of the system, of the user's own expression, signals, and deletions are raised again.
     """
     cause = getattr(error, "orig", None) or error
     if isinstance(cause, sqlite3.OperationalError) and "decode" not in str(cause):
         raise error
-    if isinstance(cause, (OSError, MemoryError, WorkError, SelectionError)):
+    if isinstance(cause, (OSError, MemoryError, WorkError, SelectionError, DeletedError)):
         raise error
     what = cause.what if isinstance(cause, AlteredError) else f"{cause}" or type(cause).__name__
     return Check("file", 1, 1, first=shortened(f"{stage}: {' '.join(what.split())}", 200))
@@ -253,6 +253,11 @@ class Block(NamedTuple):
     ids: Integers
     done: int  # number of classes or words that are checked after this block
     total: int
+
+    def check_complete(self, rows: Sized) -> None:
+        """Raise `DeletedError` if there are fewer rows than classes."""
+        if len(rows) < len(self.ids):
+            raise DeletedError(f"some of the classes of period {self.p}")
 
     def part(self, stage: str, find: Callable[["Block", Scope], Iterable[Check]]) -> Part:
         """Return the block as a part that `find` checks."""

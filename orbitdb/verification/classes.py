@@ -110,6 +110,7 @@ def _compared(of_pruned: bool, block: Block, scope: Scope) -> Iterator[Check]:
     """Check rows of `cycle` or `pruned` against the values that follow from their words."""
     query = f"SELECT * FROM {'pruned' if of_pruned else 'cycle'} WHERE id {LISTED}"
     rows = scope.query(query, ids=block.ids)
+    block.check_complete(rows)
     words = [row[2] for row in rows]
     symbols = from_strings(words)
     broken = rules_broken(symbols)

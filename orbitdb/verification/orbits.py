@@ -35,7 +35,7 @@ from orbitdb.store.writing import Writer, replace_certificates
 from orbitdb.symbols.symmetry import class_of, encloses_nothing
 from orbitdb.symbols.words import to_strings
 from orbitdb.text import format_float
-from orbitdb.verification.checks import Check, Checked, Scope, blocks, shares, stored_orbits
+from orbitdb.verification.checks import LISTED, Check, Checked, Scope, blocks, shares, stored_orbits
 
 if TYPE_CHECKING:
     from orbitdb.orbits.balls import Enclosure
@@ -334,10 +334,13 @@ def certify(path: Path, selection: Selection, sample: int | None = None, seed: i
     with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
         for block in blocks(todo, _BATCH):
             with source.snapshot() as connection:
-                ids, stored = stored_orbits(Scope(connection), selection.a, block)
+                scope = Scope(connection)
+                ids, stored = stored_orbits(scope, selection.a, block)
+                query = f"SELECT run FROM orbit WHERE stadium = :stadium AND cycle {LISTED} ORDER BY cycle"
+                runs = [run for (run,) in scope.query(query, stadium=number, ids=block.ids)]
             check, proved, radii, precisions = prove(with_bounds(stored, stadium), stadium)
-            rows = zip(ids.tolist(), proved, radii, precisions, strict=True)
-            entries = [(of_class, radius, bits) for of_class, is_proved, radius, bits in rows if is_proved]
+            rows = zip(ids.tolist(), runs, radii, precisions, strict=True)
+            entries = [row for row, is_proved in zip(rows, proved, strict=True) if is_proved]
             with writer.writing() as connection:
                 replace_certificates(writer, connection, number, block.ids.tolist(), entries, __version__)
             stage = f"proofs {place}, p = {block.p}"

@@ -137,9 +137,8 @@ def orbits(scope: Scope) -> Iterator[Part]:
 
 def _orbits(a: float, block: Block, scope: Scope) -> Iterator[Check]:
     """Check the rows of a block at a given a."""
-    _, stored = stored_orbits(scope, a, block)
-    if not len(stored):
-        return
+    ids, stored = stored_orbits(scope, a, block)
+    block.check_complete(ids)
     stadium = Stadium(a)
     with np.errstate(all="ignore"):  # stored numbers can be anything
         stored = with_bounds(stored, stadium)

@@ -32,20 +32,21 @@ COMMANDS = {
 """Commands with several transactions, if blocks are small."""
 
 
-def write(path, times=1, a=2.5):
-    """Store a stadium in each of several transactions of the same run."""
+def write(path, times=1, a=2.5, run=True):
+    """Store a stadium in each of several transactions of the same run, or of none, as for a deletion."""
     with closing(Writer(path, {"command": "test"})) as writer:
         for n in range(times):
             with writer.writing() as connection:
-                writer.run_id(connection)
+                if run:
+                    writer.run_id(connection)
                 writer.stadium_id(connection, a + n)
             yield
 
 
-def journal_of_a_kill(path, folder, times=1):
+def journal_of_a_kill(path, folder, times=1, run=True):
     """Return a file and its journal as a process that is killed after some transactions leaves them."""
     folder.mkdir()
-    writing = write(path, times)
+    writing = write(path, times, run=run)
     for _ in range(times):
         next(writing)
     copies = copied(path, folder)
@@ -102,6 +103,31 @@ def test_another_file_may_take_the_place_of_one_that_is_open(filled, tmp_path):
     assert catalogue.a_values() == [1.6, 2.5, 4.5]
     catalogue.close()
     assert [each.name for each in tmp_path.iterdir() if filled.name in each.name] == [filled.name]
+
+
+def test_a_list_read_to_its_end_does_not_bring_back_a_file_that_was_replaced(filled, tmp_path):
+    catalogue, saved = Catalogue(filled, a=1.6), shutil.copy(filled, tmp_path / "saved.db")
+    Catalogue.create(tmp_path / "other.db").fill(3, a=2.5)
+    rows = iter(catalogue.rows())
+    next(rows)
+    (tmp_path / "other.db").replace(filled)
+    assert catalogue.a_values() == [2.5]
+    assert 1 + len(list(rows)) == 3197
+    assert catalogue.a_values() == [2.5]
+    shutil.copyfile(saved, filled)
+    assert catalogue.a_values() == [1.6]
+
+
+def test_a_file_that_is_moved_away_keeps_the_journal_that_it_needs(filled, tmp_path):
+    path, journal = journal_of_a_kill(filled, tmp_path / "killed")
+    catalogue, away = Catalogue(path), tmp_path / "away.db"
+    assert catalogue.a_values() == [1.6, 2.5]
+    path.rename(away)
+    with pytest.raises(StoreError, match="no catalogue at"):
+        catalogue.a_values()
+    catalogue.close()
+    journal.rename(tmp_path / "away.db-wal")
+    assert ask(away, "SELECT a FROM stadium") == [(1.6,), (2.5,)]
 
 
 def test_an_open_handle_locks_nothing(filled):
@@ -174,7 +200,14 @@ def test_the_journal_of_a_killed_process_is_recovered(filled, tmp_path, cli):
 
 @pytest.mark.parametrize(
     "which",
-    ["another catalogue", "an older copy", "an earlier copy", "a later copy", "a copy from the same run"],
+    [
+        "another catalogue",
+        "an older copy",
+        "an earlier copy",
+        "a later copy",
+        "a copy from the same run",
+        "a copy before a deletion",
+    ],
 )
 def test_the_journal_of_another_file_is_refused(filled, tmp_path, cli, which):
     other = tmp_path / "other.db"
@@ -196,7 +229,9 @@ def test_the_journal_of_another_file_is_refused(filled, tmp_path, cli, which):
             list(write(other, 2, a=7.0))
         else:
             list(write(filled, 1, a=3.5))
-        path, journal = journal_of_a_kill(filled, tmp_path / "killed")
+        path, journal = journal_of_a_kill(
+            filled, tmp_path / "killed", run=which != "a copy before a deletion"
+        )
         if which == "an earlier copy":
             list(write(other, 1, a=9.0))
     shutil.copy(other, path)

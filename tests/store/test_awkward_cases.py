@@ -258,15 +258,16 @@ def test_new_proofs_replace_those_at_their_a_alone(awkward):
     assert {row[1] for row in after if row[0] == 1} & {row[1] for row in after if row[0] == 2}
 
 
-def test_proofs_of_orbits_that_are_gone_are_not_stored(awkward):
+def test_proofs_of_orbits_that_are_gone_or_replaced_are_not_stored(awkward):
     before = whole(awkward)
-    kept = next(cycle for stadium, cycle, *_ in before["certificate"] if stadium == 1)
+    (kept, run), (other, old) = ask(awkward, "SELECT cycle, run FROM orbit WHERE stadium = 2 LIMIT 2")
     (gone,) = ask(
         awkward, "SELECT max(id) FROM cycle WHERE id NOT IN (SELECT cycle FROM orbit WHERE stadium = 2)"
     )
-    proved = [(cycle, 1e-9, 128) for cycle in (kept, *gone)]
+    alter(awkward, f"UPDATE orbit SET run = {old + 1} WHERE stadium = 2 AND cycle = {other}")
+    proved = [(cycle, by, 1e-9, 128) for cycle, by in ((kept, run), (other, old), (*gone, run))]
     with closing(Writer(awkward, {"command": "verify"})) as writer, writer.writing() as connection:
-        replace_certificates(writer, connection, 2, [kept, *gone], proved, "1")
+        replace_certificates(writer, connection, 2, [kept, other, *gone], proved, "1")
     after = whole(awkward)["certificate"]
     assert [row[:4] for row in after if row not in before["certificate"]] == [(2, kept, 1e-9, 128)]
 

@@ -10,13 +10,15 @@ from contents import alter, ask, checks
 from there import there
 
 from orbitdb.catalogue import Catalogue
+from orbitdb.errors import StoreError
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.workers import Processes
 from orbitdb.orbits.status import Status
 from orbitdb.store.file import migrate, reading
 from orbitdb.store.selection import Selection
-from orbitdb.verification.checks import Check, blocks
-from orbitdb.verification.verify import PROMISES, verify
+from orbitdb.verification.checks import Check, Scope, blocks, checked_apart
+from orbitdb.verification.classes import classes
+from orbitdb.verification.verify import PROMISES, orbits, verify
 
 SEQUENCES, CLASSES = 3197, 498  # p = 2..8
 
@@ -210,3 +212,16 @@ def test_workers_find_the_same_failures(varied, tmp_path):
     with Processes(2) as workers:
         assert checks(path, restarts=2, seed=3, workers=workers) == alone
     assert alone["lengths"].failures == 1
+
+
+def test_rows_that_are_deleted_before_they_are_checked_are_not_passed_over(filled):
+    with reading(filled) as connection:
+        scope = Scope(connection, (Selection(1.6),))
+        parts = [*classes(scope), *orbits(scope)]
+    Catalogue(filled).delete(1.6, p=8)
+    for part in parts:
+        if part.stage.endswith("p = 8"):
+            with pytest.raises(StoreError, match="classes of period 8 were deleted meanwhile"):
+                checked_apart(filled, part, (Selection(1.6),))
+        else:
+            assert all(check.failures == 0 for check in checked_apart(filled, part, (Selection(1.6),)).checks)

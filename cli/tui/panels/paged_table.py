@@ -19,7 +19,7 @@ from orbitdb.cli.output import number
 from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.screens import key
 from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, Ordering, Pages, Row
-from orbitdb.errors import AlteredError
+from orbitdb.errors import AlteredError, DeletedError
 
 _WIDTHS = {
     "code": 8, "p": 3, "length": 11, "status": 9, "lyapunov": 11, "margin": 9, "error": 8, "born": 11,
@@ -92,7 +92,7 @@ class PagedTable(ScrollView, can_focus=True):
         """Return the row at an index; None if there are fewer rows, or rows have been deleted."""
         try:
             return self.source.row(place) if place < len(self.source) else None
-        except AlteredError as error:
+        except (AlteredError, DeletedError) as error:
             self.show(NONE)
             self.screen.post_message(
                 self.Deleted(str(error))
