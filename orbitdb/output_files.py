@@ -227,12 +227,18 @@ def _saving(path: Path) -> Iterator[None]:
 
 
 def _clear_remains(target: Path) -> None:
-    """Delete the drafts of a file or folder that were left by processes that have been killed."""
+    """Delete the drafts of a file or folder that were left by processes that have been killed.
+
+    If one was killed just before it put a new folder in the place of an old one, the old one comes back.
+    """
     for rest in target.parent.glob(f".{glob.escape(target.name)}.*.*"):
         owner, ending = rest.name.removeprefix(f".{target.name}.").split(".", 1)
         if ending in ("part", "old") and owner.isdigit() and not _runs(int(owner)):
             with contextlib.suppress(OSError):
-                shutil.rmtree(rest) if rest.is_dir() else rest.unlink()
+                if ending == "old" and not target.exists():
+                    rest.rename(target)
+                else:
+                    shutil.rmtree(rest) if rest.is_dir() else rest.unlink()
 
 
 def _runs(process: int) -> bool:

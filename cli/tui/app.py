@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from importlib import resources
 from pathlib import Path
 from types import FrameType
 from typing import Any, ClassVar
@@ -60,7 +61,7 @@ class BrowseApp(App[None], Working):
     """
 
     TITLE = "orbitdb"
-    CSS_PATH = "style.tcss"
+    CSS = resources.files(__package__).joinpath("style.tcss").read_text(encoding="utf-8")
     HORIZONTAL_BREAKPOINTS = _WIDTHS
     VERTICAL_BREAKPOINTS = _HEIGHTS
     BINDINGS: ClassVar[list[BindingType]] = purpose(

@@ -1,7 +1,7 @@
 """The levels of a catalogue, stored and from its orbits: what a list of levels lacks, and length spectra."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,7 @@ from orbitdb.quantum.comparison import CUTOFF
 from orbitdb.quantum.judging import FITS
 from orbitdb.quantum.length_spectrum import Spectrum, of_family, of_levels, of_terms, reach
 from orbitdb.quantum.level_statistics import Statistics, expected, statistics
-from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow
+from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow, ranges_not_stored
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, Staircase, levels_of, reliable_end, staircase
 from orbitdb.quantum.missing_levels import Assessment, assess, without_twins
 from orbitdb.quantum.radius_fit import WIDEST, widest
@@ -102,16 +102,6 @@ def stored_levels(connection: Connection, a: float, parity: Parity) -> list[Leve
         LevelWindow(a, parity, window.low, window.high, window.below, k, error, window.seconds)
         for window, k, error in results.read_levels(connection, a, str(parity))
     ]
-
-
-def ranges_not_stored(done: Sequence[LevelWindow], low: float, high: float) -> Iterator[tuple[float, float]]:
-    """Yield the ranges of k between `low` and `high` that no window covers."""
-    for window in done:
-        if low < min(window.low, high):
-            yield low, min(window.low, high)
-        low = max(low, window.high)
-    if low < high:
-        yield low, high
 
 
 def levels_from_orbits(

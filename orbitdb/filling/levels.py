@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from contextlib import closing, nullcontext
 from pathlib import Path
 
-from orbitdb.answers.levels import ranges_not_stored, stored_levels
+from orbitdb.answers.levels import stored_levels
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.workers import at_work
 from orbitdb.progress import Tell, nobody
-from orbitdb.quantum.levels import LevelWindow, in_order, windows
+from orbitdb.quantum.levels import LevelWindow, in_order, ranges_not_stored, windows
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import reading
 from orbitdb.store.writing import Writer, keep_levels

@@ -7,9 +7,9 @@ the polynomials, whose effect is extrapolated from the two highest degrees in ea
 import math
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +81,32 @@ class LevelWindow:
     error: Floats
     seconds: float = 0.0
     arithmetic: str = ""
+
+    def without(self, stored: "Iterable[Range]") -> "Iterator[LevelWindow]":
+        """Yield the parts of the window that no stored range covers; these ascend."""
+        for low, high in ranges_not_stored(stored, self.low, self.high):
+            first, last = np.searchsorted(self.k, [low, high]).tolist()
+            k, error = self.k[first:last], self.error[first:last]
+            yield replace(self, low=low, high=high, below=self.below + first, k=k, error=error)
+
+
+class Range(Protocol):
+    """A range low <= k < high."""
+
+    @property
+    def low(self) -> float: ...  # noqa: D102
+    @property
+    def high(self) -> float: ...  # noqa: D102
+
+
+def ranges_not_stored(done: Iterable[Range], low: float, high: float) -> Iterator[tuple[float, float]]:
+    """Yield the ranges of k between `low` and `high` that no stored range covers; these ascend."""
+    for stored in done:
+        if low < min(stored.low, high):
+            yield low, min(stored.low, high)
+        low = max(low, stored.high)
+    if low < high:
+        yield low, high
 
 
 @dataclass(frozen=True)

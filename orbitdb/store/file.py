@@ -312,7 +312,7 @@ def size_of(connection: sa.Connection) -> int:
 # creating and upgrading
 
 
-MIGRATIONS = str(resources.files("orbitdb.migrations"))
+MIGRATIONS = resources.files("orbitdb.migrations")
 """The folder of the Alembic revisions."""
 
 
@@ -384,6 +384,7 @@ def upgrade(connection: sa.Connection) -> None:
     from alembic.config import Config
 
     config = Config()
-    config.set_main_option("script_location", MIGRATIONS)
     config.attributes["connection"] = connection
-    command.upgrade(config, "head")
+    with resources.as_file(MIGRATIONS) as folder:  # a copy, if Python imports this package from an archive
+        config.set_main_option("script_location", str(folder))
+        command.upgrade(config, "head")

@@ -36,6 +36,7 @@ Expressions = Mapping[str, ColumnElement[Any]]
 _symmetries = literal(",") + t.cycle.c.symmetry + ","
 _half = case(*((_symmetries.like(f"%,{name},%"), name) for name in ("x", "y", "xy")))
 _parts = case((_half.is_(None), 1), else_=2)
+_word = t.cycle.c.word.concat("")  # without the affinity of a column, which would make 0113 the text '113'
 _maslov = 3 * t.cycle.c.p - t.cycle.c.walls
 _lambda_c = t.orbit.c.lyapunov / t.orbit.c.length
 _length_left = t.orbit.c.length - t.orbit.c.length_error
@@ -49,7 +50,7 @@ def _end(value: ColumnElement[Any], number: int) -> ColumnElement[Any]:
 
 CLASS_COLUMNS: Expressions = {
     "p": t.cycle.c.p,
-    "representative": t.cycle.c.word,
+    "representative": _word,
     "class_size": t.cycle.c.class_size,
     "symmetry": t.cycle.c.symmetry,
     "time_reversal": t.cycle.c.time_reversal,
@@ -114,7 +115,7 @@ _lives = (
         t.change.c.cycle,
         t.cycle.c.p,
         t.cycle.c.class_size,
-        t.cycle.c.word,
+        _word.label("word"),
         func.nullif(t.change.c.a, 0.0).label("born"),
         t.change.c.error.label("born_error"),
         _death.c.a.label("dies"),

@@ -222,15 +222,15 @@ def _stage() -> Driver:
 
 
 _LEXED = re.compile(
-    r"""'[^']*'|"[^"]*"|`[^`]*`|\[[^\]]*\]|--[^\n]*|/\*.*?(?:\*/|\Z)|:(?P<name>[^\W\d]\w*)?""", re.DOTALL
+    r"""'[^']*'|"[^"]*"|`[^`]*`|\[[^\]]*\]|--[^\n]*|/\*.*?(?:\*/|\Z)|[:@$](?P<name>[^\W\d]\w*)?""", re.DOTALL
 )
 
 
 def expression(where: str, parameters: Parameters) -> TextClause:
     """Return a checked expression as a condition of SQLAlchemy, with its values.
 
-    SQLAlchemy takes ``:x`` for a name even in quotes, so colons are escaped there. Names get a prefix, so
-    that they differ from those that SQLAlchemy invents.
+    SQLAlchemy takes ``:x`` for a name even in quotes, so colons are escaped there, and knows neither ``$x``
+    nor ``@x``. Names get a prefix, so that they differ from those that SQLAlchemy invents.
     """
 
     def lexed(part: re.Match[str]) -> str:

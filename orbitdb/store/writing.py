@@ -233,23 +233,23 @@ def _keep_new(
 
 
 def keep_levels(writer: Writer, levels: "LevelWindow") -> bool:
-    """Store the levels of a window, unless it overlaps a stored one; return whether they were stored."""
+    """Store the levels of a window, without ranges that are stored already; return whether any were new."""
     own, fill = {"a": levels.a, "parity": str(levels.parity)}, t.level_fill.c
-    overlapping = (fill.low < levels.high, fill.high > levels.low)
-    query = select(fill.low).where(fill.a == own["a"], fill.parity == own["parity"], *overlapping)
+    query = select(fill.low, fill.high).where(fill.a == own["a"], fill.parity == own["parity"])
     with writer.writing() as connection:
-        if connection.scalar(query.limit(1)) is not None:
-            return False
-        window = {name: getattr(levels, name) for name in ("low", "high", "below", "seconds")}
-        run = writer.run_id(connection, levels.arithmetic)
-        insert_row(connection, t.level_fill, {**own, **window, "run": run})
-        count = len(levels.k)
-        insert(connection, t.level, {
-            **{name: repeat(value, count) for name, value in own.items()},
-            "number": range(levels.below + 1, levels.below + 1 + count),
-            "k": levels.k.tolist(), "error": levels.error.tolist(),
-        })  # fmt: skip
-    return True
+        stored = connection.execute(query.order_by(fill.low))  # by another process since this one began, too
+        parts = [*levels.without(stored)]
+        for part in parts:
+            window = {name: getattr(part, name) for name in ("low", "high", "below", "seconds")}
+            run = writer.run_id(connection, levels.arithmetic)
+            insert_row(connection, t.level_fill, {**own, **window, "run": run})
+            count = len(part.k)
+            insert(connection, t.level, {
+                **{name: repeat(value, count) for name, value in own.items()},
+                "number": range(part.below + 1, part.below + 1 + count),
+                "k": part.k.tolist(), "error": part.error.tolist(),
+            })  # fmt: skip
+    return bool(parts)
 
 
 # classes, orbits, births and deaths; many rows at a time

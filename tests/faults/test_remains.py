@@ -84,10 +84,11 @@ def test_the_next_export_clears_what_a_killed_one_left(varied, folder, arguments
 
 
 def test_one_whole_dataset_is_there_after_any_kill(varied, folder):
-    """Between the two renames, the older one still has its other name."""
+    """Between the two renames, the older one still has its other name, which the next export gives back."""
     assert run(*DATASET, "--db", varied, cwd=folder).returncode == 0
     before = contents(folder / "data")
-    for ending in (".old", ".part"):
-        kill_group(stopped(folder, varied, DATASET, "rename", ending))
+    for step, ending in (("rename", ".old"), ("rename", ".part"), ("mkdir", ".part")):
+        kill_group(stopped(folder, varied, DATASET, step, ending))
         whole = [each for each in folder.iterdir() if contents(each) == before]
         assert whole
+    assert contents(folder / "data") == before

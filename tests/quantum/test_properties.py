@@ -12,10 +12,9 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from orbitdb import InputError, Stadium
-from orbitdb.answers.levels import ranges_not_stored
 from orbitdb.quantum.elements import grid, nodes, quarter_disc, quarter_stadium
 from orbitdb.quantum.length_spectrum import COLUMNS, Spectrum, of_terms, peak_of_each
-from orbitdb.quantum.levels import LevelTask, LevelWindow, windows
+from orbitdb.quantum.levels import LevelTask, LevelWindow, ranges_not_stored, windows
 from orbitdb.quantum.trace_formula import Terms, family, family_count, family_terms
 from orbitdb.quantum.weyl import Parity, check_levels, wavenumber, weyl
 

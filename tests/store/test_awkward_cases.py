@@ -8,8 +8,8 @@ from contents import alter, ask, whole
 from there import there
 
 from orbitdb import Catalogue, InputError, Selection
-from orbitdb.answers.levels import ranges_not_stored, stored_levels
-from orbitdb.quantum.levels import LevelWindow
+from orbitdb.answers.levels import stored_levels
+from orbitdb.quantum.levels import LevelWindow, ranges_not_stored
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import reading
 from orbitdb.store.writing import Writer, keep_levels, replace_certificates
@@ -283,25 +283,26 @@ def test_classes_have_one_row_each_in_the_order_that_was_asked_for(awkward, cli)
 @pytest.mark.parametrize(
     ("low", "high", "kept"),
     [
-        (6.0, 8.0, True),
-        (5.9, 8.0, False),
-        (6.0, 8.1, False),
-        (2.0, 3.0, False),
-        (7.0, 10.0, False),
-        (9.0, 9.5, True),
+        (6.0, 8.0, [(6.0, 8.0, 20)]),
+        (5.9, 8.0, [(6.0, 8.0, 20)]),
+        (4.0, 8.1, [(6.0, 8.0, 20)]),
+        (2.0, 3.0, []),
+        (7.0, 10.0, [(7.0, 8.0, 20), (9.0, 10.0, 21)]),
+        (9.0, 9.5, [(9.0, 9.5, 20)]),
     ],
 )
-def test_windows_of_levels_touch_but_do_not_overlap(awkward, low, high, kept):
+def test_only_the_new_part_of_a_window_of_levels_is_stored(awkward, low, high, kept):
     """Windows 0-6 and 8-9 of parity ee are stored; the levels of 6-8 lie between theirs."""
     before = whole(awkward)
-    k = np.array([low, (low + high) / 2])
-    levels = LevelWindow(1.6, Parity.EE, low, high, 20, k, k * 1e-12)
+    k = np.array([(7.1 if low < 7 else low), high - 0.1])
+    below = 20 - int((k < 6).sum())
+    levels = LevelWindow(1.6, Parity.EE, low, high, below, k, k * 1e-12)
     with closing(Writer(awkward, {"command": "levels"})) as writer:
-        assert keep_levels(writer, levels) == kept
+        assert keep_levels(writer, levels) == bool(kept)
     after = whole(awkward)
     new = [row[:5] for row in after["level"] if row not in before["level"]]
-    assert new == ([(1.6, "ee", 21, k[0], k[0] * 1e-12), (1.6, "ee", 22, k[1], k[1] * 1e-12)] if kept else [])
-    assert [row[:5] for row in after["level_fill"] if row not in before["level_fill"]] == (
-        [(1.6, "ee", low, high, 20)] if kept else []
-    )
+    numbered = [(1.6, "ee", 21 + n, each, each * 1e-12) for n, each in enumerate(k)]
+    assert new == [row for row in numbered if any(one <= row[3] < other for one, other, _ in kept)]
+    found = [row[2:5] for row in after["level_fill"] if row not in before["level_fill"]]
+    assert found == kept
     assert {**after, "level": [], "level_fill": []} == {**before, "level": [], "level_fill": []}

@@ -35,6 +35,7 @@ def catalogue(varied):
          {"031", "113", "123", "132", "133", "155", "344"}),
         ("representative = code('3010')", {"0103", "1232"}),
         ("code = 'code(''31'')'", set()),
+        ("code = 0113 or representative = 0113", set()),  # not 113
         ("code BETWEEN code('013') AND code('031') and p = 3", {"013", "031"}),
         ("p < 4 and code = code(substr(code, 1, 2))", {"13"}),
     ],

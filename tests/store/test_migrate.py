@@ -45,10 +45,10 @@ def old(tmp_path: Path) -> Path:
 def newer(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     """Make this the next version of orbitdb, with changed tables; return its revision."""
     folder = tmp_path / "migrations"
-    shutil.copytree(file.MIGRATIONS, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(str(file.MIGRATIONS), folder, ignore=shutil.ignore_patterns("__pycache__"))
     revision = folder / "versions" / f"v{NEXT:04}_extra.py"
     revision.write_text(REVISION)
-    monkeypatch.setattr(file, "MIGRATIONS", str(folder))
+    monkeypatch.setattr(file, "MIGRATIONS", folder)
     monkeypatch.setattr(tables, "SCHEMA_VERSION", NEXT)
     return revision
 
