@@ -3,18 +3,20 @@
 from collections.abc import Sequence
 from itertools import pairwise
 
+from orbitdb.text import quoted
+
 _AT_ONE_A = ("fill", "sweep", "simulate", "levels", "bounds")
 _given: dict[str, str] = {}
 
 
 def remember(arguments: Sequence[str]) -> None:
-    """Remember --db and --a from a command line, unless they are repeated, a grid, or need quotes."""
+    """Remember --db and --a from a command line, unless they are repeated, or several values of a."""
     _given.clear()
-    for option in ("--db", "--a"):
+    for option, in_several in (("--db", ""), ("--a", " :,")):
         values = [value for name, value in pairwise(arguments) if name == option]
         values += [text.removeprefix(f"{option}=") for text in arguments if text.startswith(f"{option}=")]
-        if len(values) == 1 and values[0].isprintable() and not set(values[0]) & set("'\"\\$` :,"):
-            _given[option] = values[0]
+        if len(values) == 1 and values[0].isprintable() and not set(values[0]) & set(in_several):
+            _given[option] = quoted(values[0])
 
 
 def completed(message: str) -> str:

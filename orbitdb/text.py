@@ -63,6 +63,14 @@ def shortened(text: str, most: int = 40) -> str:
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
+def quoted(value: object) -> str:
+    """Return a value as the shell takes it; in double quotes, since messages put commands in single ones."""
+    text = str(value)
+    if text and not re.search(r"[^\w@%+=:,./~-]", text):
+        return text
+    return '"' + re.sub(r'([\\"$`])', r"\\\1", text) + '"'
+
+
 def several(count: int, one: str, many: str | None = None) -> str:
     """Return a count with its noun, such as ``1 orbit`` or ``2 orbits``."""
     return f"{count} {one if count == 1 else many or one + 's'}"

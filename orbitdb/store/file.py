@@ -27,6 +27,7 @@ from orbitdb.store.journal import journal_ids, journal_size, refuse_foreign_jour
 from orbitdb.store.paths import FileId, absolute_path, data_folder, default_path, file_id, home_expanded
 from orbitdb.store.views import create_views
 from orbitdb.symbols.symmetry import ELEMENT_ROWS
+from orbitdb.text import quoted
 
 # what kind of file it is
 
@@ -94,7 +95,7 @@ def _need(path: Path, least: int, missing_ok: bool = False) -> bool:
     if version is None and missing_ok:
         return False
     if version is None:
-        there = "" if path.absolute() == absolute_path(None) else f" --db {path}"
+        there = "" if path.absolute() == absolute_path(None) else f" --db {quoted(path)}"
         raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11{there}'")
     if version < least:
         raise StoreError(f"{path} has the older schema {version}: run 'orbitdb migrate' first")

@@ -1,6 +1,7 @@
 """Advice in messages names the same file and half length, the intended option, and where to find more."""
 
 import math
+import shlex
 import shutil
 from functools import partial
 
@@ -26,10 +27,12 @@ FILL = "run 'orbitdb fill --p 9'"
         ("query --a 1 --a 2", FILL),
         ("bounds --a 0.3:1:5", FILL),
         ("query --a all,1", FILL),
+        ("table --db 'my own.db'", """run 'orbitdb fill --p 9 --db "my own.db"'"""),
+        ("table --db 'a$b.db'", r"""run 'orbitdb fill --p 9 --db "a\$b.db"'"""),
     ],
 )
 def test_advice_names_the_given_catalogue_and_half_length(arguments, expected):
-    remember(arguments.split())
+    remember(shlex.split(arguments))
     assert completed(FILL) == expected
     remember([])
 
