@@ -289,7 +289,7 @@ class Catalogue:
     def births(self, p: int) -> "Births":
         """Return the ranges of ``a`` in which the classes of a period are orbits, in order of birth.
 
-        The list is empty if no births of the period are stored (`fill_births`).
+        If not all births of the period are stored, `Births.notes` says so.
 
         Raises
         ------
@@ -297,12 +297,16 @@ class Catalogue:
             If no catalogue can have births of the period.
         """
         from orbitdb.answers.results import Births
-        from orbitdb.store.lives import read_lives
+        from orbitdb.store.lives import read_birth_fills, read_lives
 
         period = check_int("p", p, -math.inf)
         check_periods([(period, period)])
+        missing = f"births of period {period} are not stored: 'orbitdb births --p {period}' finds them"
         with self.snapshot() as connection:
-            return Births(read_lives(connection, period))
+            found = Births(read_lives(connection, period))
+            fills = [fill for fill in read_birth_fills(connection) if fill.p == period]
+        found.notes = fills[0].notes if fills else (missing,)
+        return found
 
     def entropy_bounds(self, *, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
         """Return the tightest bounds on the topological entropy that `prove_bounds` stored, or None.
@@ -1182,7 +1186,7 @@ class Catalogue:
             missing = gaps_of_periods(connection, selections, everywhere)
         with telling(progress, "verify") as tell:
             found = verified(self.path, selections, sample, restarts, drawn, births, rigorous, jobs, tell)
-        return replace(found, notes=tuple(missing))
+        return replace(found, notes=(*missing, *found.notes))
 
     # deleting
 

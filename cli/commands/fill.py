@@ -15,7 +15,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import MOST_JOBS, Database, HalfLength, Jobs, count_option, refuse_idle, takes_only
-from orbitdb.cli.output import Output, code_text, note, progress
+from orbitdb.cli.output import Output, code_text, note, notes, progress
 from orbitdb.cli.snapshots import bring, given_codes, primitive
 from orbitdb.errors import InputError
 from orbitdb.text import format_float, gigabytes, several
@@ -286,8 +286,7 @@ def births(
         fills = [fill for fill in catalogue.birth_fills() if fill.p in periods]
         whole = [fill for fill in fills if fill.complete]
         ended = [row for fill in whole for row in catalogue.births(fill.p).ended()] if deaths else []
-    for p in [fill.p for fill in fills if not fill.complete]:
-        note(f"births of period {p} are incomplete: 'orbitdb births --p {p}' completes them")
+    notes(line for fill in fills for line in fill.notes)
     if deaths and whole:
         output.write(ENDED, ended)
         note(f"{len(ended)} lives end among {sum(fill.classes or 0 for fill in whole)} classes")

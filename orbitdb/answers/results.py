@@ -159,9 +159,15 @@ class Births(Drawn, Rows[Life]):
     """The lives of the classes of one period, in order of birth: a list of `Life`.
 
     `plot` draws the number of words that are orbits against ``a``.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        Which births are missing, if any, and how to find them.
     """
 
     _FIGURES = ("births",)
+    notes: tuple[str, ...] = ()
 
     def ended(self) -> Iterator[tuple[Any, ...]]:
         """Yield the lives that end, by word, as rows with the columns `ENDED`.

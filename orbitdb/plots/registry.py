@@ -196,10 +196,13 @@ def chosen_name(kind: str | None, own: Sequence[str]) -> str:
     """
     if kind is None:
         return own[0]
+    asked = plain_name(str(kind))
     for name in own:
-        if plain_name(str(kind)) == plain_name(name):
+        if asked == plain_name(name):
             return name
-    raise InputError(f"kind {kind!r:.40}: use {', '.join(own)}")
+    known = any(figure.name == asked for figure in FIGURES)
+    elsewhere = f"; 'orbitdb plot {asked}' draws the other" if known else ""
+    raise InputError(f"kind {kind!r:.40}: use {', '.join(own)}{elsewhere}")
 
 
 def load_function(path: str) -> Callable[..., Any]:

@@ -58,6 +58,12 @@ class BirthFill(Record):
         """Whether the births and deaths of all classes of the period are stored."""
         return self.state == DONE
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is missing, and how to find it."""
+        missing = f"births of period {self.p} are incomplete: 'orbitdb births --p {self.p}' completes them"
+        return () if self.complete else (missing,)
+
 
 @dataclass(frozen=True)
 class Life(Record):

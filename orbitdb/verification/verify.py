@@ -5,6 +5,7 @@ new solution (`orbitdb.verification.orbits`), and so must births, sweeps and lev
 (`orbitdb.verification.births`, `.sweeps`, `.levels`).
 """
 
+from collections import Counter
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
@@ -39,7 +40,7 @@ from orbitdb.verification.checks import (
 from orbitdb.verification.classes import classes, counts, integrity, references
 from orbitdb.verification.levels import levels
 from orbitdb.verification.orbits import certify, check_against, check_consistency, restart, with_bounds
-from orbitdb.verification.sweeps import check_sweeps
+from orbitdb.verification.sweeps import SWEPT_ANEW, check_sweeps
 from orbitdb.verification.values import values
 
 if TYPE_CHECKING:
@@ -182,7 +183,7 @@ class Verification:
     checks : tuple of Check
         The result for each of `PROMISES` that was checked.
     notes : tuple of str
-        What is missing, one line each.
+        What is missing, or could not be decided, one line each.
 
     Examples
     --------
@@ -250,7 +251,21 @@ def verified(
         check_same_file(path, opened, _REPLACED)
 
     with closing(steps()) as going:  # ends its processes if it is interrupted
-        return Verification(tuple(report(going, tell)))
+        checks = tuple(report(going, tell))
+    return Verification(checks, tuple(_limits(checks, restarts)))
+
+
+def _limits(checks: Sequence[Check], restarts: int) -> Iterator[str]:
+    """Yield what the checks could not decide, one line each."""
+    rows = Counter({check.name: check.rows for check in checks})
+    if (unsettled := restarts * rows["statuses"] - rows["restarts"]) > 0:
+        yield f"{unsettled} restarts did not converge and prove nothing"
+    if lives := rows["lives"] + rows["undecided"]:
+        proved = sum(check.rows - check.failures for check in checks if check.name == "lives")
+        yield f"{proved} of {lives} classes have all births and deaths between a = 0.02 and 1000"
+    if anew := rows["sweeps"] - rows["sums"]:
+        what = "the sums of a swept period were" if anew == 1 else f"the sums of {anew} swept periods were"
+        yield f"{what} not recomputed: only sums of whole periods up to {SWEPT_ANEW} are"
 
 
 _REPLACED = "checked it: run the command again to check the file that is there now"

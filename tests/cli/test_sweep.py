@@ -146,6 +146,11 @@ def test_partial_births_are_named_and_left_out(cli, tmp_path, monkeypatch):
     assert (done.code, done.out) == (1, "")
     partial, nothing = done.err.splitlines()
     assert partial == "births of period 6 are incomplete: 'orbitdb births --p 6' completes them"
+    catalogue = Catalogue(tmp_path / "orbits.db")
+    assert catalogue.births(6).notes == (partial,)
+    assert catalogue.births(7).notes == (
+        "births of period 7 are not stored: 'orbitdb births --p 7' finds them",
+    )
     assert nothing.startswith("no births in ")
     assert cli("births", "--p", "6").err.startswith("births, p = 2..6: ")
     whole, part = (cli("entropy", "--a", "1", "--p", p, "--json").out for p in ("2-4", "3-4"))
@@ -154,7 +159,8 @@ def test_partial_births_are_named_and_left_out(cli, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_verify_says_which_sums_it_did_not_compute_again(cli, tmp_path, monkeypatch):
-    monkeypatch.setattr("orbitdb.verification.sweeps.SWEPT_ANEW", 2)
+    for module in ("sweeps", "verify"):
+        monkeypatch.setattr(f"orbitdb.verification.{module}.SWEPT_ANEW", 2)
     cli("sweep", "--p", "4")
     cli("births", "--p", "4")
     assert "11 of 11 classes have all births and deaths between" in cli("verify", "--births").err

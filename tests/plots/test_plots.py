@@ -119,8 +119,9 @@ def test_orbits_and_subsets_can_be_drawn_into_axes(varied):
         solve_word("1001", 1.6).plot()
     later = Catalogue(varied).select(p="2-4").plot("phase-space")  # without coordinates
     assert np.array_equal(later.collections[0].get_offsets(), dots.get_offsets())
-    kind: Any = "circle"
-    with pytest.raises(ValueError, match="'circle': use phase-space, lengths, sheet"):
-        subset.plot(kind)
+    others: dict[Any, str] = {"circle": "", "symbol plane": "; 'orbitdb plot symbol-plane' draws the other"}
+    for kind, more in others.items():
+        with pytest.raises(ValueError, match=f"'{kind}': use phase-space, lengths, sheet{more}$"):
+            subset.plot(kind)
     with pytest.raises(ValueError, match="nothing to draw"):
         Catalogue(varied).select(p=3, status="geometric").plot("lengths")
