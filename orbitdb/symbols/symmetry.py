@@ -70,7 +70,7 @@ def _table(element: int) -> Words:
     return _WRITTEN[image]
 
 
-_TABLES = [_table(element) for element in ELEMENTS]
+_TABLES = np.array([_table(element) for element in ELEMENTS])
 
 
 def act_on_words(element: int, words: Words) -> Words:
@@ -80,10 +80,14 @@ def act_on_words(element: int, words: Words) -> Words:
     mirror ``y`` and time reversal change the sense of a run, 1 <-> 4 and 3 <-> 5, but a single bounce on a
     semicircle is always written as 1 or 3.
     """
-    same = words == np.roll(words, 1, axis=1)
-    lone_apart = np.where(same | np.roll(same, -1, axis=1), words, _LONE[words])
-    image = _TABLES[element][lone_apart]
+    image = _TABLES[element][_lone_apart(words)]
     return image[:, ::-1] if element & REVERSE else image
+
+
+def _lone_apart(words: Words) -> Words:
+    """Return words, shape (N, p), with other symbols for single bounces on a semicircle."""
+    same = words == np.roll(words, 1, axis=1)
+    return np.where(same | np.roll(same, -1, axis=1), words, _LONE[words])
 
 
 def act_on_coordinates(element: int, words: Words, coordinates: Floats) -> Floats:
@@ -217,8 +221,8 @@ def class_of(word: str) -> SymmetryClass:
 
 def images_of(word: str) -> list[str]:
     """Return the images of a word under the eight elements, in order and not rotated."""
-    symbols = from_strings([word])
-    return [to_strings(act_on_words(g, symbols))[0] for g in ELEMENTS]
+    images = _TABLES[:, _lone_apart(from_strings([word]))[0]]
+    return [text[::-1] if g & REVERSE else text for g, text in enumerate(to_strings(images))]
 
 
 def images_of_pattern(pattern: str) -> set[str]:
