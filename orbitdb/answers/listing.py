@@ -19,7 +19,7 @@ from orbitdb.answers.completeness import (
 )
 from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
-from orbitdb.display import data_frame
+from orbitdb.display import MOST_SHOWN, data_frame, text_table
 from orbitdb.output_files import check_target, form_of, write_file
 from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.query import parse_order, select_words
@@ -195,7 +195,12 @@ class Listing:
         return data_frame(list(self), self.columns, selection=self.describe())
 
     def __repr__(self) -> str:
-        return f"<{self.describe()}: {', '.join(self.columns)}>"
+        with self._snapshot():
+            rows, subject = list(self.head(MOST_SHOWN + 1)), self.describe()
+        if len(rows) > MOST_SHOWN:
+            return f"<{subject}: {', '.join(self.columns)}>"
+        table = {name: [row[place] for row in rows] for place, name in enumerate(self.columns)}
+        return "\n".join([f"<{subject}>", *(text_table(table, MOST_SHOWN) if rows else ())])
 
     def _repr_html_(self) -> str:
         with self._snapshot():

@@ -167,7 +167,8 @@ def test_names_titles_and_legend_keep_apart(known, size):
         for axis, side in ((ax.xaxis, "x"), (ax.yaxis, "y")):
             ends = [getattr(each.get_window_extent(), f"interval{side}") for each in axis.get_ticklabels()]
             assert all(one[1] < following[0] for one, following in pairwise(ends))
-        around = ax.get_tightbbox()
+        around: Any = ax.get_tightbbox()
         assert made.bbox.x0 <= around.x0 < around.x1 <= made.bbox.x1
         assert made.legends[0].get_window_extent().y1 < around.y0
-        assert around.y1 < made._suptitle.get_window_extent().y0
+        (title,) = (text for text in made.texts if text.get_text() == made.get_suptitle())
+        assert around.y1 < title.get_window_extent().y0
