@@ -13,6 +13,7 @@ def remember(arguments: Sequence[str]) -> None:
     for option in ("--db", "--a"):
         values = [value for name, value in pairwise(arguments) if name == option]
         values += [text.removeprefix(f"{option}=") for text in arguments if text.startswith(f"{option}=")]
+        values = [] if option == "--a" and "all" in values else values
         if len(values) == 1 and values[0].isprintable() and not set(values[0]) & set("'\"\\$` :,"):
             _given[option] = values[0]
 

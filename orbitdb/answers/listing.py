@@ -145,22 +145,22 @@ class Listing:
 
     def describe(self, total: int | None = None) -> str:
         """Describe the chosen rows in one line, with every a that has rows, and their number if given."""
-        first, values = self.selections[0], [chosen.a for chosen in self.selections]
-        if len(values) > 1:
-            with self._snapshot() as connection:
-                subsets = self._subsets(connection)
-            values = [a for a, words in zip(values, subsets, strict=True) if len(words)] or values
+        first, values = self.selections[0], [chosen.a for chosen in self._with_rows()]
         if not self.classes:
             return first.describe(values, total)
         number = "classes" if total is None else several(total, "class", "classes")
         return f"{number} of {first.describe(values)}"
 
     def provenance(self, many: bool | None = None) -> dict[str, Any]:
-        """Return where the rows come from; if `many`, a and the partial periods have an item for each a."""
-        values = [chosen.a for chosen in self.selections]
-        many = len(values) > 1 if many is None else many
+        """Return where the rows come from; if `many`, a and the partial periods are lists.
+
+        They have an item for each a with rows.
+        """
+        many = len(self.selections) > 1 if many is None else many
         with self._snapshot() as connection:
-            partial = [partial_periods(connection, chosen) for chosen in self.selections]
+            selections = self._with_rows()
+            values = [chosen.a for chosen in selections]
+            partial = [partial_periods(connection, chosen) for chosen in selections]
             database = str(path_of(connection).resolve())
         return {
             "orbitdb": __version__,
@@ -228,6 +228,15 @@ class Listing:
             ]
             self._read = connection, counted, subsets
         return self._read[2]
+
+    def _with_rows(self) -> Sequence[Selection]:
+        """Return the selections at each a with rows, or all if there are none."""
+        if len(self.selections) == 1:
+            return self.selections
+        with self._snapshot() as connection:
+            subsets = self._subsets(connection)
+        pairs = zip(self.selections, subsets, strict=True)
+        return [chosen for chosen, words in pairs if len(words)] or self.selections
 
     def _merged(
         self, connection: Connection, subsets: Sequence[SelectedWords], end: int | None

@@ -72,6 +72,12 @@ def test_a_listing_can_be_read_again_and_shown(varied):
     assert page.count("<tr>") == 3
 
 
+def test_metadata_name_only_the_a_that_have_rows(cli, varied, tmp_path):
+    done = cli("export", str(tmp_path / "x.csv"), "--a", "1", "--a", "1.7", "--p", "2", "--db", str(varied))
+    assert done.code == 0
+    assert json.loads((tmp_path / "x.csv-metadata.json").read_text())["a"] == [1.0]
+
+
 @pytest.mark.parametrize("wrong", [{"columns": ("lenght",)}, {"order": "lenght"}, {"p": "x"}, {"limit": -1}])
 def test_a_wrong_question_is_refused_at_once(varied, wrong):
     with pytest.raises(InputError, match=r"lenght|periods 'x'|limit = -1"):

@@ -26,6 +26,7 @@ FILL = "run 'orbitdb fill --p 9'"
         ("query --a 1 --a 2", FILL),
         ("bounds --a 0.3:1:5", FILL),
         ("query --a all,1", FILL),
+        ("query --a all", FILL),
     ],
 )
 def test_advice_names_the_given_catalogue_and_half_length(arguments, expected):
