@@ -175,8 +175,6 @@ def read_file(path: Path, name: str) -> "FileLevels":
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "not text"
         raise InputError(f"{where}: {why}; give a file with one level per line") from None
-    if text.lstrip()[:1] in ("[", "{"):
-        raise InputError(f"{where} is json: give csv, as 'orbitdb levels --format csv' writes it")
     try:
         return _levels_in(text, where, name)
     except csv.Error as error:

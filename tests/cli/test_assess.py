@@ -121,11 +121,9 @@ def test_levels_out_of_order_are_sorted_with_a_note(cli, own, exact, tmp_path):
     assert (found.code, "not in order and have been sorted" in found.err) == (0, True)
 
 
-def test_a_list_is_also_read_from_stdin_but_not_as_json(cli, own, exact, monkeypatch):
+def test_a_list_is_also_read_from_stdin(cli, own, exact, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(map(str, exact.tolist()))))
     assert cli("assess", "-", "--parity", "oo", "--db", own).code == 0
-    monkeypatch.setattr("sys.stdin", io.StringIO('[{"k": 1}]'))
-    assert cli("assess", "-", "--parity", "oo", "--db", own).says(2, "stdin is json: give csv")
 
 
 def test_statistics_are_shown_beside_those_of_random_matrices(cli, own, exact, tmp_path):
