@@ -171,7 +171,8 @@ def read_file(path: Path, name: str) -> "FileLevels":
     """
     where = _name(path)
     try:
-        text = path.read_text(encoding="utf-8-sig") if where != "stdin" else sys.stdin.read()
+        from_stdin = str(path) == "-"
+        text = sys.stdin.read().lstrip("\ufeff") if from_stdin else path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "not text"
         raise InputError(f"{where}: {why}; give a file with one level per line") from None
