@@ -1,21 +1,24 @@
 """Completes the commands that messages suggest with the --db and --a that the user gave."""
 
+import re
 from collections.abc import Sequence
 from itertools import pairwise
 
 from orbitdb.text import quoted
 
 _AT_ONE_A = ("fill", "sweep", "simulate", "levels", "bounds")
+_SEVERAL = re.compile("[ :,]|all")
 _given: dict[str, str] = {}
 
 
 def remember(arguments: Sequence[str]) -> None:
     """Remember --db and --a from a command line, unless they are repeated, or several values of a."""
     _given.clear()
-    for option, in_several in (("--db", ""), ("--a", " :,")):
+    for option in ("--db", "--a"):
         values = [value for name, value in pairwise(arguments) if name == option]
         values += [text.removeprefix(f"{option}=") for text in arguments if text.startswith(f"{option}=")]
-        if len(values) == 1 and values[0].isprintable() and not set(values[0]) & set(in_several):
+        alone = len(values) == 1 and values[0].isprintable()
+        if alone and not (option == "--a" and _SEVERAL.search(values[0])):
             _given[option] = quoted(values[0])
 
 

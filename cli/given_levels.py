@@ -2,6 +2,7 @@
 
 import csv
 import math
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple, TypeAlias
@@ -47,7 +48,10 @@ Parities = Annotated[
 ]
 
 
-_HELP = "File with one level k per line, or a table with a column k [default: levels in the catalogue]."
+_HELP = (
+    "File with one level k per line, or a table with a column k; - reads stdin [default: levels in the "
+    "catalogue]."
+)
 OF_FILE = ("energies", "frequency", "radius")
 """Options that say what a file of levels contains."""
 
@@ -117,7 +121,8 @@ class GivenLevels:
         in_file = {parity for parity, _ in table}
         if in_file == {None} and len(named) > 1:
             raise InputError(
-                f"statistics need one parity: name it with --parity, or add a column parity to {self.levels}"
+                "statistics need one parity: name it with --parity, or add a column parity to "
+                f"{_name(self.levels)}"
             )
         given = [parity for parity in named if in_file == {None} or parity in in_file]
         return {parity: check_levels(self._of(table, parity), Stadium(a), parity) for parity in given}
@@ -131,7 +136,8 @@ class GivenLevels:
 
         values = np.array([value for of, value in table if parity is None or of in (None, parity)], float)
         if (np.diff(values) < 0).any():
-            note(f"the levels in {self.levels} were not in order and have been sorted")
+            assert self.levels is not None
+            note(f"the levels in {_name(self.levels)} were not in order and have been sorted")
         values = np.sort(values)
         if self.frequency is not None and self.radius is not None:
             values *= 2 * math.pi * _UNITS[self.frequency] * self.radius.metres / _LIGHT
@@ -163,18 +169,24 @@ def read_file(path: Path, name: str) -> "FileLevels":
     The file is a table separated by commas, tabs, semicolons or spaces, or a list with one number per line.
     Lines that begin with # are comments.
     """
+    where = _name(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        from_stdin = str(path) == "-"
+        text = sys.stdin.read().lstrip("\ufeff") if from_stdin else path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "not text"
-        raise InputError(f"{path}: {why}; give a file with one level per line") from None
+        raise InputError(f"{where}: {why}; give a file with one level per line") from None
     try:
-        return _levels_in(text, path, name)
+        return _levels_in(text, where, name)
     except csv.Error as error:
-        raise InputError(f"{path} is no table ({error}); give a file with one level per line") from None
+        raise InputError(f"{where} is no table ({error}); give a file with one level per line") from None
 
 
-def _levels_in(text: str, path: Path, name: str) -> "FileLevels":
+def _name(path: Path) -> str:
+    return "stdin" if str(path) == "-" else str(path)
+
+
+def _levels_in(text: str, path: str, name: str) -> "FileLevels":
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
     mark = next((mark for mark in "\t;, " if lines and mark in lines[0]), ",")
     bare = not lines or _number(lines[0].split(mark)[0]) is not None

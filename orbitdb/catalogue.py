@@ -398,11 +398,13 @@ class Catalogue:
 
         They are given by their representatives. Classes with another period are left out.
         """
+        _check_orbit(orbit)
         with self.snapshot() as connection:
             return born_with(connection, orbit)
 
     def certificate(self, orbit: Orbit) -> tuple[float, int] | None:
         """Return the radius and the number of bits of the stored proof of an orbit, or None."""
+        _check_orbit(orbit)
         with self.snapshot() as connection:
             return certificate_of(connection, orbit.representative, orbit.a)
 
@@ -1491,6 +1493,9 @@ class Catalogue:
         named = criteria.copy()
         if named.get("a") is None:
             named["a"] = self.a
+        a: Any = named["a"]
+        if isinstance(a, Iterable) and not isinstance(a, str):
+            raise SelectionError("give one a here; rows, table, entropy and lyapunov take several")
         return Selection.from_criteria(**named)
 
     def _several(
@@ -1522,6 +1527,11 @@ def _joined(opened: Connection) -> Iterator[Connection]:
         yield opened
     except ClosedError:
         raise InputError("the snapshot of these rows has ended: read them within its with block") from None
+
+
+def _check_orbit(orbit: Any) -> None:
+    if not isinstance(orbit, Orbit):
+        raise InputError(f"{orbit!r:.40} is not an Orbit: give one, such as catalogue['13']")
 
 
 def _seed(seed: "int | np.random.Generator") -> int:

@@ -151,6 +151,9 @@ class Record:
         """
         return data_frame([self.row()])
 
+    def _repr_html_(self) -> str:
+        return html_of({name: [value] for name, value in self.row().items()})
+
     def row(self) -> dict[str, Any]:
         """Return the values under the names that they have in JSON."""
         return {_IN_JSON.get(name, name): value for name, value in asdict(self).items()}  # type: ignore[call-overload]

@@ -38,6 +38,8 @@ def browse(
         parse(code)
     streams = (sys.stdin, sys.stdout, sys.stderr)  # Textual draws on stderr, except in a browser
     if "TEXTUAL_DRIVER" not in os.environ and not all(stream.isatty() for stream in streams):
+        if sys.stdin.isatty() and sys.stdout.isatty():
+            raise InputError("stderr must be a terminal, too: browse draws on it")
         raise InputError("browse needs a terminal: use 'orbitdb query' without one")
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.stored import state_path

@@ -91,7 +91,9 @@ def export(
         _write_dataset(file, a, choice, force, db)
         return
     if file is not None and file.suffix.lower() == COPY:
-        options.takes_only(context, f"with {file.name}, which is a copy of the whole catalogue", "file")
+        options.takes_only(
+            context, f"with {file.name}, which is a copy of the whole catalogue", "file", "form"
+        )
         _copy(file, force, db)
         return
     if file is None or file == files.STDOUT:

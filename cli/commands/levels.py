@@ -101,5 +101,6 @@ def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db
         exact = catalogue.stored_counterparts(listed)
     shown = [(*row, of) for row, of in zip(_rows(listed), exact, strict=True) if row[0] >= low]
     output.write((*COLUMNS, "exact"), shown)
-    note(f"{several(len(shown), 'level')} below k = {listed.high:g}: {listed.basis}")
+    where = f"with k from {low:g} to {listed.high:g}" if low else f"below k = {listed.high:g}"
+    note(f"{several(len(shown), 'level')} {where}: {listed.basis}")
     return len(shown)

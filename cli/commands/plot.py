@@ -48,7 +48,7 @@ _SHOWN = (
     if figure.shows
 )
 AFTERWORD = "\n".join(["\n\b\nFigures:", *_SHOWN, ""])
-_ALWAYS = ("kind", "output", "size", "dpi", "title")
+_ALWAYS = ("kind", "output", "form", "size", "dpi", "title")
 """Options that every figure takes."""
 
 _MOST_K = 200.0

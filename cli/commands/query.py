@@ -24,7 +24,7 @@ from orbitdb.cli.output import (
     wrap_after,
     write_facts,
 )
-from orbitdb.cli.snapshots import asked_columns, given_codes, primitive, snapshot, solving
+from orbitdb.cli.snapshots import OF_CATALOGUE, asked_columns, given_codes, primitive, snapshot, solving
 from orbitdb.columns import EVERY, GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.text import format_float, guess
@@ -93,7 +93,8 @@ def query(
         return
     if bounces:
         raise InputError("--bounces needs WORD; 'orbitdb export --bounces' writes the bounces of many orbits")
-    names = asked_columns(columns, TABLE_COLUMNS if output.for_people else WRITTEN, a)
+    in_table = (*TABLE_COLUMNS, *_sorted_by(order))
+    names = asked_columns(columns, in_table if output.for_people else WRITTEN, a)
     with snapshot(db, a, choice) as (catalogue, stadiums):
         listing = catalogue.rows(
             stadiums, columns=names, order=order, limit=limit, offset=offset, classes=classes
@@ -108,6 +109,13 @@ def query(
         note(f"{listing.describe(total)}{not_shown(count, total, remedy=not offset)}")
     if not count:
         raise typer.Exit(1)
+
+
+def _sorted_by(order: str) -> list[str]:
+    """Return the columns of an order that a table does not show by default, without unknown ones."""
+    named = (part.strip().removeprefix("-").partition(" ")[0] for part in order.split(","))
+    usual = {*TABLE_COLUMNS, "a"}
+    return [name for name in dict.fromkeys(named) if name in OF_CATALOGUE and name not in usual]
 
 
 def _show_words(

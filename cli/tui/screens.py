@@ -18,6 +18,7 @@ from textual.widget import Widget
 from textual.widgets import Button, Input, Label
 from textual.worker import Worker, get_current_worker
 
+from orbitdb.cli.advice import completed
 from orbitdb.cli.tui.help import purpose
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.where import CancelledError
@@ -46,6 +47,11 @@ LEAVING: list[BindingType] = purpose(
     Binding("escape", "dismiss", "back", tooltip="to the orbits"),
     key("q", "dismiss", "back", tooltip="to the orbits"),
 )
+
+
+def in_shell(text: str) -> str:
+    """Say of a command in a note that it is one for the shell, and add --db to it."""
+    return completed(text.replace("'orbitdb ", "in a shell, 'orbitdb "))
 
 
 class Working(DOMNode):

@@ -19,7 +19,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.panels.canvas import Curve, Plot
-from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox, TopLine
+from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox, TopLine, in_shell
 from orbitdb.errors import InputError
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.text import concise, with_error
@@ -175,7 +175,7 @@ class StatisticsScreen(OwnScreen[str | None]):
             notes += [*self.result.facts, *self.result.notes]
             for name, curves in curves_of(self.result, self.reference).items():
                 self.query_one(f"#plot-{name}", Plot).curves = curves
-        self.query_one("#notes", Static).update("; ".join(filter(None, notes)))
+        self.query_one("#notes", Static).update(in_shell("; ".join(filter(None, notes))))
 
     def action_export(self) -> None:
         from orbitdb.cli.tui.export import ask_for_file, save_figure

@@ -19,7 +19,7 @@ from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Indices, Integers, Marks, Masks, Texts, Words
 from orbitdb.averages.by_period import of_divisors
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.display import Drawn, data_frame
+from orbitdb.display import MOST_SHOWN, Drawn, Table, data_frame
 from orbitdb.errors import InputError, as_floats
 from orbitdb.magnetic.action import ArcPaths
 from orbitdb.magnetic.continuation import follow
@@ -51,11 +51,11 @@ _CHECKED_A, _CHECKED_P, _CHECKED_KAPPA = 1.6, 8, 0.1
 """Half length, highest period and largest curvature at which random searches found no further words."""
 
 _NAMED = 4
-"""Number of curvatures to name in a repr."""
+"""Number of curvatures to name in a title."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FieldOrbits(Drawn):
+class FieldOrbits(Table, Drawn):
     """Words in a magnetic field, as arrays with one entry per word and curvature.
 
     The numbers are computed in doubles, without error bounds; they are NaN for words that are not orbits.
@@ -91,7 +91,7 @@ class FieldOrbits(Drawn):
     Examples
     --------
     >>> orbits = catalogue.field(0.05, p="2-8")
-    >>> orbits
+    >>> print(orbits)
     <3197 words of period 2 to 8 at a = 1.6, kappa = 0.05: 2084 orbits>
     >>> orbits.counts()["N_c"][-1]
     1375
@@ -118,10 +118,13 @@ class FieldOrbits(Drawn):
     def __len__(self) -> int:
         return len(self.code)
 
-    def __repr__(self) -> str:
+    def __str__(self) -> str:
         subject = self.selection.describe(count=len(self) // max(len(self.kappas), 1))
         values = ", ".join(map(format_float, self.kappas[:_NAMED])) + ", ..." * (len(self.kappas) > _NAMED)
         return f"<{subject}, kappa = {values}: {several(int(self.exists.sum()), 'orbit')}>"
+
+    def _columns_shown(self) -> dict[str, Sequence[Any]]:
+        return {name: getattr(self, name)[:MOST_SHOWN].tolist() for name in COLUMNS}
 
     @property
     def a(self) -> Floats:
@@ -189,7 +192,7 @@ class FieldOrbits(Drawn):
 
     def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
         if len(self.kappas) < 2 or not self.exists.any():
-            raise InputError(f"{self!r} cannot be drawn: follow orbits to several kappa")
+            raise InputError(f"{self} cannot be drawn: follow orbits to several kappa")
         return (self,), self.selection.describe(count=len(self) // len(self.kappas))
 
 
@@ -202,6 +205,8 @@ def curvatures(values: Any, a: float) -> Floats:
         If one of them is not a number, or so large that an orbit might need more than half a circle.
     """
     kappa = np.unique(as_floats(values, "kappa: give one number, or a list of numbers"))
+    if np.isnan(kappa).any():
+        raise InputError("kappa = nan: give one number, such as 0.05, or a list of numbers")
     if not len(kappa):
         raise InputError("give at least one kappa, such as 0.05")
     largest = kappa[np.argmax(np.where(np.isfinite(kappa), np.abs(kappa), np.inf))]

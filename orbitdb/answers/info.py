@@ -1,12 +1,13 @@
 """`Info`: what a catalogue contains, and the time and disk space that it took."""
 
 from dataclasses import dataclass
+from html import escape
 from itertools import groupby
 from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.answers.completeness import periods_with_births
-from orbitdb.display import data_frame
+from orbitdb.display import data_frame, html_of
 from orbitdb.entropy_bounds.bounds import BALLS
 from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.contents import room, schema_version, sqlite_version
@@ -52,6 +53,11 @@ class Info:
     def __str__(self) -> str:
         width = max((len(name) for name, _ in self.facts), default=0)
         return "\n".join(f"{name.ljust(width)}  {text}" for name, text in self.facts)
+
+    def _repr_html_(self) -> str:
+        facts = "<br>".join(escape(f"{name}: {text}") for name, text in self.facts)
+        columns = {name: [row[place] for row in self.rows] for place, name in enumerate(self.columns)}
+        return f"<p>{facts}</p>{html_of(columns)}"
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the periods as a data frame (extra ``pandas``)."""

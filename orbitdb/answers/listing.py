@@ -19,7 +19,7 @@ from orbitdb.answers.completeness import (
 )
 from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
-from orbitdb.display import data_frame
+from orbitdb.display import MOST_SHOWN, data_frame, text_table
 from orbitdb.output_files import check_target, form_of, write_file
 from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.query import parse_order, select_words
@@ -145,22 +145,22 @@ class Listing:
 
     def describe(self, total: int | None = None) -> str:
         """Describe the chosen rows in one line, with every a that has rows, and their number if given."""
-        first, values = self.selections[0], [chosen.a for chosen in self.selections]
-        if len(values) > 1:
-            with self._snapshot() as connection:
-                subsets = self._subsets(connection)
-            values = [a for a, words in zip(values, subsets, strict=True) if len(words)] or values
+        first, values = self.selections[0], [chosen.a for chosen in self._with_rows()]
         if not self.classes:
             return first.describe(values, total)
         number = "classes" if total is None else several(total, "class", "classes")
         return f"{number} of {first.describe(values)}"
 
     def provenance(self, many: bool | None = None) -> dict[str, Any]:
-        """Return where the rows come from; if `many`, a and the partial periods have an item for each a."""
-        values = [chosen.a for chosen in self.selections]
-        many = len(values) > 1 if many is None else many
+        """Return where the rows come from; if `many`, a and the partial periods are lists.
+
+        They have an item for each a with rows.
+        """
+        many = len(self.selections) > 1 if many is None else many
         with self._snapshot() as connection:
-            partial = [partial_periods(connection, chosen) for chosen in self.selections]
+            selections = self._with_rows()
+            values = [chosen.a for chosen in selections]
+            partial = [partial_periods(connection, chosen) for chosen in selections]
             database = str(path_of(connection).resolve())
         return {
             "orbitdb": __version__,
@@ -195,7 +195,12 @@ class Listing:
         return data_frame(list(self), self.columns, selection=self.describe())
 
     def __repr__(self) -> str:
-        return f"<{self.describe()}: {', '.join(self.columns)}>"
+        with self._snapshot():
+            rows, subject = list(self.head(MOST_SHOWN + 1)), self.describe()
+        if len(rows) > MOST_SHOWN:
+            return f"<{subject}: {', '.join(self.columns)}>"
+        table = {name: [row[place] for row in rows] for place, name in enumerate(self.columns)}
+        return "\n".join([f"<{subject}>", *(text_table(table, MOST_SHOWN) if rows else ())])
 
     def _repr_html_(self) -> str:
         with self._snapshot():
@@ -223,6 +228,15 @@ class Listing:
             ]
             self._read = connection, counted, subsets
         return self._read[2]
+
+    def _with_rows(self) -> Sequence[Selection]:
+        """Return the selections at each a with rows, or all if there are none."""
+        if len(self.selections) == 1:
+            return self.selections
+        with self._snapshot() as connection:
+            subsets = self._subsets(connection)
+        pairs = zip(self.selections, subsets, strict=True)
+        return [chosen for chosen, words in pairs if len(words)] or self.selections
 
     def _merged(
         self, connection: Connection, subsets: Sequence[SelectedWords], end: int | None

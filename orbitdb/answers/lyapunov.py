@@ -214,8 +214,8 @@ def _without_orbits(a: float) -> str:
 
 
 def _up_to(subset: CompletePeriods, cut: float, weight: Weight, notes: list[str], tell: Tell) -> Result:
-    if not 0 < cut <= _LARGEST_CUT:
-        raise InputError(f"cut {cut:g}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
+    if isinstance(cut, bool) or not 0 < cut <= _LARGEST_CUT:
+        raise InputError(f"cut {cut}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows, a = subset.classes, subset.selection.a
     if weight is Weight.DETERMINANT and (most := pseudocycles.largest_cut(rows, cut, MOST_FACTORS)) < cut:
         raise InputError(f"cut {cut:g} has too many terms with weight det: give {most:g} or less")

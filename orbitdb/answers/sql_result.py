@@ -3,10 +3,12 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from html import escape
+from itertools import islice
+from typing import TYPE_CHECKING, Any
 
 from orbitdb.columns import Row
-from orbitdb.display import data_frame
+from orbitdb.display import MOST_SHOWN, data_frame, html_of, text_table
 from orbitdb.store.connection import Connection
 from orbitdb.store.where import CODES_ARE_TEXTS, reads_codes, run_statement
 from orbitdb.text import shortened
@@ -62,4 +64,17 @@ class SqlResult:
             return data_frame(list(self), self.columns)
 
     def __repr__(self) -> str:
-        return f"<rows of {shortened(self.statement)!r}>"
+        title, columns = self._shown()
+        return "\n".join([f"<{title}>", *text_table(columns, MOST_SHOWN)])
+
+    def _repr_html_(self) -> str:
+        title, columns = self._shown()
+        return f"<p>{escape(title)}</p>{html_of(columns)}"
+
+    def _shown(self) -> tuple[str, dict[str, list[Any]]]:
+        """Return a title and the columns of the first rows."""
+        with self._snapshot():
+            names, rows = self.columns, list(islice(self, MOST_SHOWN + 1))
+        some = f"the first {MOST_SHOWN} " * (len(rows) > MOST_SHOWN)
+        columns = {name: [row[place] for row in rows[:MOST_SHOWN]] for place, name in enumerate(names)}
+        return f"{some}rows of {shortened(self.statement)!r}", columns

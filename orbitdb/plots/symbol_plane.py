@@ -37,6 +37,9 @@ _STEP = 2e-3
 _CELLS, _FINENESS = (80, 500), 1.4
 """Least and largest number of cells along an axis of the image of the points, and its ratio to their root."""
 
+_SMALLEST = 2.2
+"""On smaller axes, in inches, the names are shorter: two of them are drawn side by side in one column."""
+
 _NEXT = {
     False: ("right\n3, 5", "top\n2", "left\n1, 4"),
     True: ("up\n3", "top\n2", "left\n1, 4", "bottom\n0", "down\n5"),
@@ -48,6 +51,7 @@ _TITLES = {
     False: "bounces on the bottom wall\n(top wall: turned by half a turn)",
     True: "bounces on the right semicircle\n(left semicircle: turned by half a turn)",
 }
+_SHORT_TITLES = {False: "bottom wall", True: "right semicircle"}
 _RULES = {False: (1 / 2, "rules 4, 6"), True: (1 / 5, "rule 5")}
 """Side of the two squares that the geometric rules forbid, and their name."""
 
@@ -55,8 +59,8 @@ MOST_WORDS = 1_000_000
 """The plane tells the points of at most this many words apart."""
 
 _WITH_POINTS = (Status.ORBIT, Status.DYNAMICAL)
-_SIZE, _BETWEEN = (7.2, 4.75), 0.06
-"""Width and height of a figure, in inches, and the gap between its planes as a part of its width."""
+_SIZE, _BETWEEN, _LAYOUTS = (7.2, 4.75), 0.06, 3
+"""Width and height of a figure, in inches, the gap between its planes as a part of its width, and rounds."""
 
 
 class Points(NamedTuple):
@@ -95,7 +99,7 @@ def symbol_plane(catalogue: "Catalogue", *chosen: Selection) -> Picture:
         for ax, each in zip(_two_planes(made), (front.walls, front.semicircles), strict=True):
             draw_plane(ax, each)
             draw_points(ax, each, Points(*(part[points.curved == each.curved] for part in points)))
-    return made
+    return _settled(made)
 
 
 def _points(subset: Subset) -> Points:
@@ -122,13 +126,20 @@ def _fronts(chosen: Sequence[Selection]) -> Picture:
             _draw_front(second, front.semicircles, colour, label)
         for ax, curved in ((first, False), (second, True)):
             _draw_frame(ax, curved)
-    return made
+    return _settled(made)
 
 
 def _two_planes(made: Figure) -> list[Axes]:
     wide, high = made.get_size_inches()
-    made.set_layout_engine("constrained", wspace=_BETWEEN)
+    made.set_layout_engine("compressed", wspace=_BETWEEN)  # the planes are square
     return list(made.subplots(1, 2) if wide >= high else made.subplots(2, 1))
+
+
+def _settled(made: Picture) -> Picture:
+    """Repeat the layout, which at first leaves too little room for the title and the legend of squares."""
+    for _ in range(_LAYOUTS):
+        made.draw_without_rendering()
+    return made
 
 
 def draw_plane(ax: Axes, front: Front) -> None:
@@ -161,14 +172,23 @@ def draw_points(ax: Axes, front: Front, points: Points) -> None:
 
 
 def _draw_frame(ax: Axes, curved: bool) -> None:
-    """Draw the axes with the names of the next and the previous bounce, and the squares of the rules."""
+    """Draw the axes with the names of the next and the previous bounce, and the squares of the rules.
+
+    On small axes the bounces have only their symbols, and the squares no names.
+    """
     count, (side, name) = len(_NEXT[curved]), _RULES[curved]
+    extent = ax.get_window_extent()
+    small = min(extent.width, extent.height) < _SMALLEST * ax.figure.dpi
     middles = (np.arange(count) + 0.5) / count
     for corner, middle in ((0, middles[0]), (1 - side, middles[-1])):
         ax.add_patch(Rectangle((corner, corner), side, side, color=_RULED_OUT, linewidth=0, zorder=0.6))
-        ax.text(middle, middle, name, ha="center", va="center", color=GREY, fontsize=SMALL, zorder=3)
-    ax.set_xticks(middles, _NEXT[curved])
-    ax.set_yticks(middles, _BEFORE[curved], rotation=90, va="center", multialignment="center")
+        if not small:
+            ax.text(middle, middle, name, ha="center", va="center", color=GREY, fontsize=SMALL, zorder=3)
+    following, before = (
+        [each.rpartition("\n")[-1] if small else each for each in names[curved]] for names in (_NEXT, _BEFORE)
+    )
+    ax.set_xticks(middles, following)
+    ax.set_yticks(middles, before, rotation=90, va="center", multialignment="center")
     size = max(SMALL, 0.85 * rcParams["font.size"])
     ax.tick_params(length=0, labelsize=size)
     ax.grid(False)
@@ -177,9 +197,10 @@ def _draw_frame(ax: Axes, curved: bool) -> None:
         ax.axvline(border, color=GREY, linewidth=0.4, zorder=0.7)
     ax.spines[["top", "right"]].set_visible(True)
     ax.set(xlim=(0, 1), ylim=(0, 1), aspect="equal")
-    ax.set_xlabel(r"$\gamma$ (future): next bounce", fontsize="medium")
-    ax.set_ylabel(r"$\delta$ (past): previous bounce", fontsize="medium")
-    ax.set_title(_TITLES[curved], fontsize=size)
+    future, past, bounce = ("", "", "") if small else (" (future)", " (past)", " bounce")
+    ax.set_xlabel(rf"$\gamma${future}: next{bounce}", fontsize="medium")
+    ax.set_ylabel(rf"$\delta${past}: previous{bounce}", fontsize="medium")
+    ax.set_title((_SHORT_TITLES if small else _TITLES)[curved], fontsize=size)
 
 
 def _draw_front(ax: Axes, front: Front, colour: str, label: str) -> None:

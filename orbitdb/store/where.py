@@ -83,7 +83,7 @@ class Patience:
         if self.cancelled():
             self.reason = _CANCELLED
         elif time.monotonic() > self.deadline:
-            self.reason = f"it took more than {SECONDS:g} s"
+            self.reason = f"it took more than {SECONDS:g} s: restrict it, or read Catalogue.engine in Python"
         return bool(self.reason)
 
 

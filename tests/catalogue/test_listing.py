@@ -61,11 +61,21 @@ def test_the_head_of_a_listing_begins_after_the_rows_that_are_skipped(varied):
 def test_a_listing_can_be_read_again_and_shown(varied):
     listing = Catalogue(varied).rows(a=1.6, p="2-3", columns=("code", "length"), limit=2)
     assert [*listing] == [*listing] != []
-    assert repr(listing) == "<words of period 2 to 3 at a = 1.6: code, length>"
+    title, heading, *rows = repr(listing).splitlines()
+    assert (title, heading.split()) == ("<words of period 2 to 3 at a = 1.6>", ["code", "length"])
+    assert [row.split()[0] for row in rows] == [code for code, _ in listing]
+    longer = Catalogue(varied).rows(a=1.6, p="2-4", columns=("code", "length"))
+    assert repr(longer) == "<words of period 2 to 4 at a = 1.6: code, length>"
     assert listing.to_pandas()["length"].iloc[0] == 10.4
     page = listing._repr_html_()
     assert "9 words of period 2 to 3 at a = 1.6" in page
     assert page.count("<tr>") == 3
+
+
+def test_metadata_name_only_the_a_that_have_rows(cli, varied, tmp_path):
+    done = cli("export", str(tmp_path / "x.csv"), "--a", "1", "--a", "1.7", "--p", "2", "--db", str(varied))
+    assert done.code == 0
+    assert json.loads((tmp_path / "x.csv-metadata.json").read_text())["a"] == [1.0]
 
 
 @pytest.mark.parametrize("wrong", [{"columns": ("lenght",)}, {"order": "lenght"}, {"p": "x"}, {"limit": -1}])

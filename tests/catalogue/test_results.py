@@ -144,14 +144,13 @@ def test_several_a_are_one_table(catalogue):
         both.plot()
     with pytest.raises(InputError, match="give one a or more"):
         catalogue.lyapunov(a=[])
-    with pytest.raises(InputError):
-        catalogue.select(a=[1.0, 1.6])
 
 
 def test_lists_and_results_are_tables_in_notebooks(catalogue):
-    for found in (catalogue.fills(), catalogue.births(4), catalogue.table()):
+    shown = catalogue.field([0.02, 0.05], p=2), catalogue.info(), catalogue.sql("SELECT p FROM life")
+    for found in (catalogue.fills(), catalogue.births(4), catalogue.table(), *shown):
         html = found._repr_html_()
-        assert html.count("<tr>") == 1 + len(found)
+        assert html.count("<tr>") == 1 + len(found.to_pandas())
         assert re.search("<th[^>]*>p</th>", html)
     many = Rows(catalogue.births(4)[:1] * 30)
     assert many._repr_html_().count("<tr>") == 21

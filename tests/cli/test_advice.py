@@ -29,6 +29,7 @@ FILL = "run 'orbitdb fill --p 9'"
         ("query --a all,1", FILL),
         ("table --db 'my own.db'", """run 'orbitdb fill --p 9 --db "my own.db"'"""),
         ("table --db 'a$b.db'", r"""run 'orbitdb fill --p 9 --db "a\$b.db"'"""),
+        ("query --a all", FILL),
     ],
 )
 def test_advice_names_the_given_catalogue_and_half_length(arguments, expected):

@@ -121,6 +121,11 @@ def test_levels_out_of_order_are_sorted_with_a_note(cli, own, exact, tmp_path):
     assert (found.code, "not in order and have been sorted" in found.err) == (0, True)
 
 
+def test_a_list_is_also_read_from_stdin(cli, own, exact, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(map(str, exact.tolist()))))
+    assert cli("assess", "-", "--parity", "oo", "--db", own).code == 0
+
+
 def test_statistics_are_shown_beside_those_of_random_matrices(cli, own, exact, tmp_path):
     path = written(tmp_path / "k.txt", exact.tolist())
     rows = json.loads(cli("assess", path, "--parity", "oo", "--statistics", "--db", own, "--json").out)
@@ -141,10 +146,12 @@ def test_levels_from_orbits_name_the_periods_they_come_from(cli, own, exact):
     assert [list(row) for row in rows] == [["k", "error", "parity", "exact"]] * len(rows)
     assert len(rows) == sum(exact >= 6)
     assert all(abs(row["k"] - k) < 3 * row["error"] for row, k in zip(rows, exact[exact >= 6], strict=True))
-    assert f"{len(rows)} levels below k = 12: from " in found.err
+    assert f"{len(rows)} levels with k from 6 to 12: from " in found.err
     assert "orbits up to period 8" in found.err
     assert "'orbitdb fill --p 12 --a 1.6 --db " in found.err
     assert cli("levels", "--method", "orbits", "--jobs", "2", "--db", own).says(2, "--jobs")
+    some = cli("levels", "--method", "orbits", "--k", "3:6", "--parity", "oo", "--db", own)
+    assert "with k from 3 to 6: from " in some.err
     assert cli("levels", "--method", "magic", "--db", own).says(2, "use elements or orbits")
     assert cli("levels", "--db", own).says(2, "--k 0:30")
 

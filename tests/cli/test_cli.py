@@ -74,6 +74,11 @@ def test_codes_are_read_from_stdin(cli, monkeypatch):
     assert found["p"] == 31
 
 
+def test_a_table_shows_the_columns_that_sort_it(cli, filled):
+    asked = ("query", "--p", "3", "--order", "length,quarter_length desc", "--db", str(filled))
+    assert cli(*asked).out.split("\n")[0].split()[-2:] == ["time_reversal", "quarter_length"]
+
+
 def test_an_empty_result_has_a_header_in_csv_but_not_in_a_table(cli, monkeypatch):
     cli("fill", "--p", "3")
     monkeypatch.setattr("sys.stdin", io.StringIO(""))

@@ -89,7 +89,9 @@ def test_browse_needs_a_terminal_to_draw_on(cli, monkeypatch):
     for name in ("stdin", "stdout"):
         monkeypatch.setattr(f"sys.{name}.isatty", lambda: True, raising=False)
     outcome = cli("browse")
-    assert (outcome.code, outcome.err.split(":")[1]) == (2, " browse needs a terminal")
+    assert outcome.says(2, "stderr must be a terminal, too")
+    monkeypatch.setattr("sys.stdout.isatty", lambda: False)
+    assert cli("browse").says(2, "browse needs a terminal")
 
 
 def test_system_errors_are_reported_and_program_errors_raised(cli, tmp_path, monkeypatch):

@@ -50,6 +50,11 @@ def test_the_view_that_a_column_refers_to_can_be_queried(cli, filled):
         assert cli("sql", f"SELECT {column} FROM {view}", "--json").out == "[]\n"  # no births are stored
 
 
+def test_the_rows_of_a_statement_show_themselves(varied):
+    answer = Catalogue(varied).sql("SELECT code FROM catalogue WHERE p = 2")
+    assert repr(answer).splitlines()[1:] == ["code", *(code for (code,) in answer)]
+
+
 TYPES = {"text": str, "integer": int, "number": float, "integers": list}
 
 

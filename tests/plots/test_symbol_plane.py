@@ -1,5 +1,6 @@
 """The figure of the symbol plane shows every point, the fronts, and what they and the rules forbid."""
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -154,3 +155,20 @@ def test_a_figure_higher_than_wide_has_one_plane_below_the_other(known):
         first, second = (ax.get_window_extent() for ax in made.axes)
         assert [first.y0 > second.y1, first.x1 < second.x0] == places
         assert first.width == pytest.approx(second.width, abs=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(3.39, 2.6), (3.39, 4.24), (7.01, 4.2)])
+def test_names_titles_and_legend_keep_apart(known, size):
+    with sized(size):
+        made = symbol_plane(known, CHOSEN)
+    FigureCanvasAgg(made).draw()
+    for ax in made.axes:
+        for axis, side in ((ax.xaxis, "x"), (ax.yaxis, "y")):
+            ends = [getattr(each.get_window_extent(), f"interval{side}") for each in axis.get_ticklabels()]
+            assert all(one[1] < following[0] for one, following in pairwise(ends))
+        around: Any = ax.get_tightbbox()
+        assert made.bbox.x0 <= around.x0 < around.x1 <= made.bbox.x1
+        assert made.legends[0].get_window_extent().y1 < around.y0
+        (title,) = (text for text in made.texts if text.get_text() == made.get_suptitle())
+        assert around.y1 < title.get_window_extent().y0

@@ -42,7 +42,8 @@ def test_any_type_of_number_is_a_half_length(a):
 def test_bad_half_lengths_are_refused(catalogue, a):
     for call in (Stadium, lambda a: solve_word("13", a), lambda a: solve(from_strings(["13"]), a),
                 lambda a: catalogue.select(a=a), lambda a: Catalogue(catalogue.path, a)):  # fmt: skip
-        with pytest.raises(InputError, match=r"^a = .* is not a half length: give a number from 1e-06 to 1e"):
+        told = r"^a = .* is not a half length: give a number from 1e-06 to 1e|^give one a here; rows"
+        with pytest.raises(InputError, match=told):
             call(a)
 
 

@@ -17,6 +17,7 @@ from textual.widgets import Input
 from textual.worker import WorkerCancelled
 from there import there
 
+from orbitdb.cli.advice import remember
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.stored import Row
@@ -52,6 +53,7 @@ async def browsing(
     state: Path | None = None,
 ) -> AsyncIterator[tuple[Any, Pilot[Any]]]:
     """Run the app without a terminal; yield it with its pilot."""
+    remember([])  # advice of an earlier command in this process
     app: Any = BrowseApp(path, selection or Selection(), code, state)
     app.NOTIFICATION_TIMEOUT = 600.0  # a slow machine must still find them
     async with app.run_test(size=size, notifications=notifications) as pilot:

@@ -14,8 +14,10 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog
 from orbitdb.cli.tui.panels.jumps import Jumps
 from orbitdb.cli.tui.panels.paged_table import PagedTable
+from orbitdb.cli.tui.screens import in_shell
 from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, Kept, Ordering, Pages, known_columns
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
@@ -126,6 +128,8 @@ class RowsPanel(Vertical, Jumps):
                 if early:
                     yield Pages.read(catalogue, selection, ordering, fields, _FIRST), gaps, None
                 rows = Pages.read(catalogue, selection, ordering, fields)
+                if not len(rows):
+                    gaps = "; ".join(map(_with_key, listing.notes))
                 count = len(rows) if selection == unfiltered else total
                 if count is None:
                     count = catalogue.count(unfiltered)
@@ -137,7 +141,8 @@ class RowsPanel(Vertical, Jumps):
             self.table.ordering = ordering
             self.say_gaps(gaps)
             if self.total is not None:
-                self.report = f"{len(rows):,} of {self.total:,} words"
+                noun = "orbits" if selection.statuses == (Status.ORBIT,) else "words"
+                self.report = f"{len(rows):,} of {self.total:,} {noun}"
                 self.take(rows)
             elif self._orbit is None:  # otherwise the current word would lose its row
                 self.table.show(rows)
@@ -232,4 +237,4 @@ class RowsPanel(Vertical, Jumps):
 def _with_key(gap: str) -> str:
     """Add the key that does the same as the command of a note, if there is one."""
     fills = "'orbitdb fill --p " in gap and "--geometric" not in gap
-    return f"{gap}, or press f" if fills else gap
+    return f"{gap}, or press f" if fills else in_shell(gap)
