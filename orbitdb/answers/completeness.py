@@ -319,8 +319,9 @@ def describe_complete(complete: float | None, chosen: Selection, name: str = "le
         return line
     most = math.floor(largest_least_length(chosen.a) / share * 100) / 100
     reach = "" if most == end else f"further periods prove {most:.2f} at most; "
-    limit = least_limit_of_lengths(chosen.a) / share
-    return f"{line} ({reach}infinitely many are shorter than {bound} = {limit:.2f})"
+    # rounded up, because only finitely many are shorter than any number below the limit
+    limit = math.ceil(least_limit_of_lengths(chosen.a) / share * 100) / 100
+    return f"{line} ({reach}infinitely many are shorter than {bound} < {limit:.2f})"
 
 
 def complete_by_length(connection: Connection, chosen: Selection, order: str = "p") -> str | None:
