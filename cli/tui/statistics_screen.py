@@ -172,7 +172,10 @@ class StatisticsScreen(OwnScreen[str | None]):
         box.border_title = _WEIGHTS[self._weight]
         self.query_one("#numbers", Static).update("" if self.result is None else _as_table(self.result))
         if self.result is not None:
-            notes += [*self.result.facts, *self.result.notes]
+            facts = (
+                fact.partition("; 'orbitdb ")[0] for fact in self.result.facts
+            )  # the rest is for the shell
+            notes += [*facts, *self.result.notes]
             for name, curves in curves_of(self.result, self.reference).items():
                 self.query_one(f"#plot-{name}", Plot).curves = curves
         self.query_one("#notes", Static).update("; ".join(filter(None, notes)))

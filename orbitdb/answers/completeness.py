@@ -244,7 +244,7 @@ def pruned_not_stored(connection: Connection, chosen: Selection) -> str | None:
     first = f" --from {periods[0]}" if periods[0] > 2 else ""
     return (
         f"geometrically pruned words of {written_periods(periods)} are not stored (there "
-        f"{'are' if total > 1 else 'is'} {total}): "
+        f"{'are' if total > 1 else 'is'} {total:,}): "
         f"'orbitdb fill --p {periods[-1]}{first} --geometric' stores them"
     )
 

@@ -87,7 +87,7 @@ plot orbit --code 001 -o x.svg | 2 | geometrically pruned
 plot life 0011 -o x.svg | 2 | 0011 is not an orbit at any a
 plot life 13 113 -o x.svg | 2 | name one orbit to draw: plot life
 query --status geometric --p 4 | 1 | (there are 283): 'orbitdb fill --p 4 --from 4 --geometric' stores them
-query --status geometric --p 4-5 | 1 | of periods 4-5 are not stored (there are 1741): 'orbitdb
+query --status geometric --p 4-5 | 1 | of periods 4-5 are not stored (there are 1,741): 'orbitdb
 export x.csv --status geometric --p 4 | 1 | of period 4 are not stored (there are 283)
 plot sheet --status geometric --p 4 -o x.svg | 1 | of period 4 are not stored (there are 283)
 plot sheet --status dynamical --p 6 -o x.svg | 1 | 64 dynamically pruned words of | : no path to draw

@@ -254,6 +254,13 @@ def test_the_radius_is_found_from_the_levels(orbits, exact, off):
     assert found.gaps == []
 
 
+def test_the_radius_that_is_found_does_not_depend_on_the_one_given(orbits, exact):
+    given = np.array([1, 1.0001])
+    found = [assess(exact * one, orbits, Stadium(1.6), Parity.OO, fit_scale=True) for one in given.tolist()]
+    fitted = given * [each.scale for each in found]
+    assert fitted[0] == pytest.approx(fitted[1], abs=found[0].scale_error / 5)
+
+
 @pytest.mark.slow
 def test_the_radius_of_a_window_is_found_with_and_without_its_error(window):
     k, below, assessed = window

@@ -16,6 +16,7 @@ from orbitdb.cli.tui.panels.jumps import Jumps
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, Kept, Ordering, Pages, known_columns
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
@@ -126,6 +127,8 @@ class RowsPanel(Vertical, Jumps):
                 if early:
                     yield Pages.read(catalogue, selection, ordering, fields, _FIRST), gaps, None
                 rows = Pages.read(catalogue, selection, ordering, fields)
+                if not len(rows):
+                    gaps = "; ".join([*filter(None, [gaps]), *listing.absent])
                 count = len(rows) if selection == unfiltered else total
                 if count is None:
                     count = catalogue.count(unfiltered)
@@ -137,7 +140,8 @@ class RowsPanel(Vertical, Jumps):
             self.table.ordering = ordering
             self.say_gaps(gaps)
             if self.total is not None:
-                self.report = f"{len(rows):,} of {self.total:,} words"
+                noun = "orbits" if selection.statuses == (Status.ORBIT,) else "words"
+                self.report = f"{len(rows):,} of {self.total:,} {noun}"
                 self.take(rows)
             elif self._orbit is None:  # otherwise the current word would lose its row
                 self.table.show(rows)

@@ -31,7 +31,7 @@ async def test_a_filter_counts_the_rows_that_the_view_held(filled_once):
         held, found = catalogue.count(status="orbit"), catalogue.count(status="orbit", without="0202")
         await press(pilot, "slash")
         await typed(pilot, "not contains(code, '0202')")
-        assert told(app) == f"{found:,} of {held:,} words"
+        assert told(app) == f"{found:,} of {held:,} orbits"
 
 
 @pytest.mark.slow
@@ -210,7 +210,7 @@ async def test_the_total_is_the_subset_without_its_filter_and_advice_is_for_the_
     async with browsing(filled_once, selection=chosen) as (app, pilot):
         await pilot.press("slash")
         await typed(pilot, "length < 11")
-        assert told(app) == f"5 of {total} words"
+        assert told(app) == f"5 of {total} orbits"
         for wrong in ("lenght < 3", "p = :cut", "length <"):
             await typed(pilot, wrong)
             assert told(app)
