@@ -187,6 +187,8 @@ def _name(path: Path) -> str:
 
 
 def _levels_in(text: str, path: str, name: str) -> "FileLevels":
+    if text.lstrip().startswith(("[", "{")):
+        raise InputError(f"{path} is JSON: give csv, as 'orbitdb levels --format csv' writes it")
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
     mark = next((mark for mark in "\t;, " if lines and mark in lines[0]), ",")
     bare = not lines or _number(lines[0].split(mark)[0]) is not None

@@ -79,14 +79,17 @@ def assess(
             a=at,
         )
     if numbers:
-        output.write(NUMBERS, assessment.numbers())
+        count = output.write(NUMBERS, assessment.numbers())
     else:
         columns = COLUMNS if output.form in (Format.JSON, Format.JSONL) else COLUMNS[:-1]
-        output.write(columns, [_row(gap)[: len(columns)] for gap in assessment.gaps if assessment.fits])
-    if fitted:
+        count = output.write(
+            columns, [_row(gap)[: len(columns)] for gap in assessment.gaps if assessment.fits]
+        )
+    if fitted and assessment.fits and not assessment.at_limit:
         unit = given.radius.metres if given.radius else 1.0
         scaled = with_error(assessment.scale * unit, assessment.scale_error * unit)
-        note(f"radius {scaled} {'m' if given.radius else 'times the one you used'}; the k above use it")
+        uses = "; the k above use it" if count else ""
+        note(f"radius {scaled} {'m' if given.radius else 'times the one you used'}{uses}")
     notes([*assessment.notes, assessment.verdict()])
     if assessment.gaps or not assessment.fits:
         raise typer.Exit(1)

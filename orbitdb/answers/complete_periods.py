@@ -21,6 +21,7 @@ from orbitdb.store.connection import Connection
 from orbitdb.store.fills import Sweep, moments_of, read_sweeps
 from orbitdb.store.query import select_words
 from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.store.where import check
 from orbitdb.symbols.words import packed, unpack
 
 
@@ -197,6 +198,15 @@ def all_orbits(chosen: Selection) -> bool:
     """Tell whether the subset consists of all orbits of its periods."""
     alone = replace(chosen, statuses=()) if chosen.statuses == (Status.ORBIT,) else chosen
     return alone == Selection(chosen.a, chosen.periods)
+
+
+def if_avoiding(chosen: Selection, said: str) -> str:
+    """Return what averages without a pattern mean, under a condition for filters that read codes; else ''."""
+    if chosen.without:
+        return said
+    if chosen.where is not None and check(chosen.where, chosen.parameters).codes:
+        return f"if the filter leaves out just the words that contain some pattern, {said}"
+    return ""
 
 
 def why_no_sum_rules(subset: CompletePeriods) -> str:

@@ -310,33 +310,35 @@ def describe_complete(complete: float | None, chosen: Selection, name: str = "le
     `name` is one of `LENGTHS`: an orbit of length L has a quarter_length of at least L/2.
     """
     if complete is None:
-        return "orbits of any length may be missing: fill all periods from 2 on"
+        remedy = "fill all periods from 2 on"
+        if not chosen.includes(2):
+            remedy = f"choose all periods from 2 on, such as --p 2-{max(high for _, high in chosen.periods)}"
+        return f"orbits of any length may be missing: {remedy}"
     share, bound = (2, "2a + pi") if name == "quarter_length" else (1, "4a + 2 pi")
     end = math.floor(complete / share * 100) / 100
     line = f"complete, by proof, up to {name} {end:.2f}; longer orbits may be missing"
+    if chosen.where is not None:
+        reads = check(chosen.where, chosen.parameters)
+        if reads.columns <= {*LENGTHS} and reads.queries == 1:  # it bounds lengths, as ranges do
+            chosen = replace(chosen, where=None, parameters={})
     plain = replace(chosen, periods=(), statuses=(), ranges={}) == Selection(chosen.a)
     if not plain or chosen.statuses not in ((), (Status.ORBIT,)) or chosen.ranges.keys() - set(LENGTHS):
         return line
     most = math.floor(largest_least_length(chosen.a) / share * 100) / 100
     reach = "" if most == end else f"further periods prove {most:.2f} at most; "
-    limit = least_limit_of_lengths(chosen.a) / share
-    return f"{line} ({reach}infinitely many are shorter than {bound} = {limit:.2f})"
+    # rounded up, because only finitely many are shorter than any number below the limit
+    limit = math.ceil(least_limit_of_lengths(chosen.a) / share * 100) / 100
+    return f"{line} ({reach}infinitely many are shorter than {bound} < {limit:.2f})"
 
 
 def complete_by_length(connection: Connection, chosen: Selection, order: str = "p") -> str | None:
-    """Return `describe_complete` for orbits that a length sorts or bounds from above, else None.
+    """Return `describe_complete` for orbits that a length sorts or bounds, else None.
 
     Any expression that reads a length counts as a bound.
     """
-    first, falls = next(iter(parse_order(order).items()))
+    first = next(iter(parse_order(order)))
     read = () if chosen.where is None else check(chosen.where, chosen.parameters).columns
-    named = [
-        name
-        for name in LENGTHS
-        if (name == first and not falls)
-        or name in read
-        or chosen.ranges.get(name, (None, None))[1] is not None
-    ]
+    named = [name for name in LENGTHS if name == first or name in read or name in chosen.ranges]
     if not named or Status.ORBIT not in (chosen.statuses or (Status.ORBIT,)):
         return None
     return describe_complete(complete_length(read_fills(connection, chosen.a), chosen), chosen, named[0])

@@ -10,6 +10,7 @@ from orbitdb.answers.complete_periods import (
     CompletePeriods,
     Periods,
     all_orbits,
+    if_avoiding,
     read_noted,
     with_lower,
 )
@@ -29,6 +30,8 @@ from orbitdb.text import format_float
 
 _EDGES = 10
 """Edges of the longest windows if no bounds are stored; the search takes at most half a second (small a)."""
+
+_AVOIDED = "this is the growth rate of the orbits without the pattern, at most that of all orbits"
 
 
 @dataclass(frozen=True)
@@ -109,8 +112,7 @@ def entropy_of_rows(subset: CompletePeriods, notes: Sequence[str] = ()) -> Resul
     """Return the topological entropy by period of orbits that were already read (`Subset.entropy`)."""
     said = list(notes)
     columns = _entropy(subset, subset.cycles(), said)
-    if subset.selection.without:
-        said.append("this is the growth rate of the orbits without the pattern, at most that of all orbits")
+    said.append(if_avoiding(subset.selection, _AVOIDED))
     return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, said)))
 
 

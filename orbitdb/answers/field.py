@@ -47,8 +47,9 @@ COLUMNS = (
 )  # fmt: skip
 """The columns of the entries, which are also their JSON keys."""
 
-_CHECKED_A, _CHECKED_P, _CHECKED_KAPPA = 1.6, 8, 0.1
-"""Half length, highest period and largest curvature at which random searches found no further words."""
+_CHECKED_A, _CHECKED = 1.6, ((0.1, 8), (0.2, 6))
+"""Half length, and the largest curvatures and highest periods up to which random searches found no further
+words."""
 
 _NAMED = 4
 """Number of curvatures to name in a title."""
@@ -328,12 +329,12 @@ def _notes(orbits: FieldOrbits) -> Iterator[str]:
         )
     if orbits.periods and not (
         orbits.selection.a == _CHECKED_A
-        and max(orbits.periods) <= _CHECKED_P
-        and max(map(abs, orbits.kappas)) <= _CHECKED_KAPPA
+        and any(max(map(abs, orbits.kappas)) <= kappa and max(orbits.periods) <= p for kappa, p in _CHECKED)
     ):
+        ranges = ", or ".join(f"up to p = {p} and kappa = {kappa}" for kappa, p in _CHECKED)
         yield (
             "some words may be missing: in a strong field, there are orbits not connected with kappa = 0 "
-            f"(at a = {_CHECKED_A}, none was found up to p = {_CHECKED_P} and kappa = {_CHECKED_KAPPA})"
+            f"(at a = {_CHECKED_A}, none was found {ranges})"
         )
     if np.any(orbits.kappa):
         yield (

@@ -267,7 +267,8 @@ def assess_levels(
     lowest = int(assessment.number[assessment.number > 0][0]) - 1
     if not window and lowest >= _LOWEST:
         notes.append(
-            f"the {lowest} lowest levels are missing: a list that begins higher up is a window, --window"
+            f"the {lowest} lowest levels are missing: if the list is meant to begin higher up, "
+            "'orbitdb assess FILE --window' (in Python window=True) tells where"
         )
     return replace(assessment, notes=tuple(notes))
 
@@ -280,7 +281,8 @@ def _check_errors(noise: float, radius_error: float | None) -> None:
         )
     if radius_error is not None and not 0 < radius_error <= _LARGEST_ERROR:
         raise InputError(
-            f"the relative error of the radius is {radius_error:g}: give up to {_LARGEST_ERROR:g}"
+            f"the relative error of the radius (--radius, in Python radius_error) is {radius_error:g}: "
+            f"give up to {_LARGEST_ERROR:g}"
         )
 
 
@@ -309,7 +311,10 @@ def _hints(connection: Connection, assessment: Assessment, classes: OrbitClasses
     if assessment.at_limit:
         hints.append("the fit of the radius failed: the radius is off by more than half a per cent")
     elif assessment.scale == 1 and better(stadium, classes, of, True):
-        hints.append("they fit with another radius: add --fit-radius (in Python fit_radius=True)")
+        hints.append(
+            "they fit with another radius: 'orbitdb assess FILE --fit-radius' (in Python fit_radius=True) "
+            "finds it"
+        )
     hints += [
         f"they fit the parity {other}"
         for other in (Parity if of is not None else ())

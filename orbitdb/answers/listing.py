@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from orbitdb import __version__
 from orbitdb.answers.completeness import (
     complete_by_length,
+    complete_length,
     gaps,
     nothing,
     partial_periods,
@@ -22,6 +23,7 @@ from orbitdb.columns import Row
 from orbitdb.display import MOST_SHOWN, data_frame, text_table
 from orbitdb.output_files import check_target, form_of, write_file
 from orbitdb.store.connection import Connection, path_of
+from orbitdb.store.fills import read_fills
 from orbitdb.store.query import parse_order, select_words
 from orbitdb.store.rows import COLUMNS, SelectedWords, rows_of
 from orbitdb.store.selection import Selection, unknown_column
@@ -135,11 +137,15 @@ class Listing:
 
     @property
     def complete(self) -> tuple[str, ...]:
-        """Up to which length orbits that a length sorts or bounds are complete, a line for each a."""
-        if self.empty:
-            return ()
+        """Up to which length orbits that a length sorts or bounds are complete, a line for each a.
+
+        If there is no row, only what is proved counts.
+        """
         with self._snapshot() as connection:
-            lines = [(one.a, complete_by_length(connection, one, self.order)) for one in self.selections]
+            chosen = self.selections
+            if self.empty:
+                chosen = tuple(one for one in chosen if complete_length(read_fills(connection, one.a), one))
+            lines = [(one.a, complete_by_length(connection, one, self.order)) for one in chosen]
         at = "at a = {}: " if len(lines) > 1 else ""
         return tuple(f"{at.format(format_float(a))}{line}" for a, line in lines if line)
 

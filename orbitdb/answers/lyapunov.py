@@ -12,6 +12,7 @@ from typing import Any
 from orbitdb.answers.complete_periods import (
     CompletePeriods,
     all_orbits,
+    if_avoiding,
     read_noted,
     sum_rules_of,
     why_no_sum_rules,
@@ -200,7 +201,7 @@ def averages(subset: CompletePeriods, weight: Weight, notes: list[str]) -> dict[
     for average in AVERAGES:
         columns |= {name: [None] * len(p) for name in average.columns}
         columns |= none_where_incomplete(p, average.compute(given), average.needs, subset.periods)
-    avoided = _AVOIDED if subset.selection.without else ""
+    avoided = if_avoiding(subset.selection, _AVOIDED)
     notes += [why_no_sum_rules(subset), *subset.notes(given.sums), avoided]
     return subset.rows_of(columns)
 

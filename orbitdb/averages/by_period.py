@@ -255,4 +255,5 @@ def faults_of(averages: Entropy | Lyapunov, filled: Iterable[int], shown: Iterab
         if fault and p in named and have >= every_period(p):
             periods.setdefault(fault, []).append(p)
     said = "; ".join(f"at p = {', '.join(map(str, orders))} {fault}" for fault, orders in periods.items())
-    return said and f"the zeta function gives no average {said}"
+    none = "there is no h_zeta" if isinstance(averages, Entropy) else "the zeta function gives no average"
+    return said and f"{none} {said}"

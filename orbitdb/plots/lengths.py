@@ -78,7 +78,8 @@ def _draw_limit(ax: Axes, chosen: Selection, longest: float) -> None:
     """Draw the length below which there are infinitely many orbits, so that no list is complete."""
     limit = least_limit_of_lengths(chosen.a)
     if chosen.statuses == (Status.ORBIT,) and longest > limit:
-        label = rf"infinitely many orbits below $4a + 2\pi = {limit:.2f}\,R$"
+        above = math.ceil(limit * 100) / 100  # only finitely many are shorter than a number below the limit
+        label = rf"infinitely many orbits below $4a + 2\pi < {above:.2f}\,R$"
         ax.axvline(limit, color=GREY, linewidth=1, linestyle=":", label=label)
 
 

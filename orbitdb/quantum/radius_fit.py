@@ -20,8 +20,11 @@ WIDEST, _AT_LIMIT = 0.005, 0.98
 """Largest relative change of the radius, if its error is not given, and the share that is at the limit."""
 _SIGMAS = 4.0
 """Largest change in units of the standard error, if it is given."""
-_STEP, _FINER = 0.2, 8
-"""Step of the scale, in numbers of the last level, and the factor by which it is refined in the end."""
+_STEP, _FINER = 0.2, 4
+"""Step of the scale, in numbers of the last level, and the factor by which a round refines it in the end."""
+_ROUNDS, _RESOLVED = 5, 0.4
+"""Maximum number of rounds, and the probability of the best scale below which the grid is fine enough."""
+_NONE = 1e-300
 _FIRST, _MORE = 100, 4
 """Number of levels to which the first grid is fitted, and the factor by which it then grows."""
 _BEAM, _COARSE = Beam(14.0, 150), Beam(8.0, 40)
@@ -60,13 +63,29 @@ def fit(compared: Comparison, error: float | None) -> Fitted:
         if count == n:
             break
         count = min(n, count * _MORE)
-    some = chance > _LEAST
-    fine = (scales[some, None] + step * (np.arange(_FINER) / _FINER - 0.5 + 0.5 / _FINER)).ravel()
-    chance = _chances(compared, fine, error, _BEAM)
-    best = float(fine[chance.argmax()])
-    spread = math.sqrt(float(chance @ (fine - best) ** 2) + (step / _FINER) ** 2 / 12)
+    for _ in range(_ROUNDS):
+        near = (
+            np.convolve(chance > _LEAST, np.ones(3), "same") > 0
+        )  # the best scale may lie between two cells
+        scales = (scales[near, None] + step * (np.arange(_FINER) / _FINER - 0.5 + 0.5 / _FINER)).ravel()
+        step /= _FINER
+        chance = _chances(compared, scales, error, _BEAM)
+        if chance.max() < _RESOLVED:
+            break
+    best = _summit(scales, chance, step)
+    spread = math.sqrt(float(chance @ (scales - best) ** 2) + step**2 / 12)
     at_limit = error is None and abs(best - 1) > _AT_LIMIT * WIDEST
-    return Fitted(_averaged(compared, best, fine, chance), best, spread, at_limit)
+    return Fitted(_averaged(compared, best, scales, chance), best, spread, at_limit)
+
+
+def _summit(scales: Floats, chance: Floats, step: float) -> float:
+    """Return the scale at the top of the parabola through ln P at the best scale and at those beside it."""
+    top = int(chance.argmax())
+    if not 0 < top < len(scales) - 1:
+        return float(scales[top])
+    below, at, above = np.log(np.maximum(chance[top - 1 : top + 2], _NONE)).tolist()
+    bend = below - 2 * at + above
+    return float(scales[top]) + (step * (below - above) / (2 * bend) if bend else 0.0)
 
 
 def _chances(compared: Comparison, scales: Floats, error: float | None, beam: Beam) -> Floats:

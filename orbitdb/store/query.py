@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from sqlalchemy import Boolean, ColumnElement, FromClause, Integer, Select, func, select, type_coerce
 from sqlalchemy.sql.base import ReadOnlyColumnCollection
 
-from orbitdb.columns import IN_CATALOGUE
+from orbitdb.columns import IN_CATALOGUE, WRITTEN
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store import views
@@ -348,6 +348,10 @@ def parse_order(order: str) -> dict[str, bool]:
         if key is None:
             raise SelectionError(f"order {order!r}: write columns such as 'length' or 'p,lambda_c desc'")
         falling = bool(key[1]) != ((key[3] or "").lower() == "desc")
+        if key[2] in set(WRITTEN) - set(COLUMNS):
+            raise SelectionError(
+                f"order {order!r}: column {key[2]} is computed afterwards, for the chosen rows"
+            )
         if key[2] not in COLUMNS:
             raise unknown_column(key[2], COLUMNS)
         keys.setdefault(key[2], falling)

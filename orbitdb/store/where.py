@@ -310,7 +310,9 @@ def _check_names(asked: _Asked) -> None:
 # words in SQL
 
 
-CODES_ARE_TEXTS = "codes are texts, each the least rotation of its word: write code = code('31')"
+CODES_ARE_TEXTS = (
+    "codes are texts, each the least rotation of its word: write words with code(), such as code('31')"
+)
 
 
 def reads_codes(sql: str) -> bool:

@@ -80,7 +80,8 @@ def test_the_nearest_length_comes_with_the_tolerance_that_finds_it(cli, filled):
         (("--order", "length", "--limit", "20"), 8),
         (("--range", "length=:11"), 8),
         (("--range", "length=:11", "--p", "2-5"), 5),
-        (("--order", "-length", "--limit", "20"), None),
+        (("--order", "-length", "--limit", "20"), 8),
+        (("--where", "length < 10"), 8),
         (("--order", "length"), 8),
         (("--limit", "3"), None),
     ],
@@ -105,8 +106,8 @@ LISTED = [
     ("query --range quarter_length=:6 --limit 3", "quarter_length"),
     ("query --where quarter_length<6", "quarter_length"),
     ("query --where 12>=length", "length"),
-    ("query --order=-length --limit 3", None),
-    ("query --range length=12: --limit 3", None),
+    ("query --order=-length --limit 3", "length"),
+    ("query --range length=12: --limit 3", "length"),
     ("query --order lyapunov --where length_error<1 --limit 3", None),
     ("query --order length --status dynamical --limit 3", None),
     ("export --order quarter_length --limit 3 --format csv", "quarter_length"),
@@ -184,9 +185,15 @@ def test_a_list_of_all_orbits_says_where_no_list_is_complete(cli, filled):
     asked = ("query", "--order", "length", "--limit", "2", "--db", str(filled))
     said = cli(*asked).err.splitlines()[0]
     assert said.endswith(
-        "(further periods prove 11.54 at most; infinitely many are shorter than 4a + 2 pi = 12.68)"
+        "(further periods prove 11.54 at most; infinitely many are shorter than 4a + 2 pi < 12.69)"
     )
+    assert "infinitely" in cli("query", "--where", "length < 12", "--limit", "2", "--db", str(filled)).err
     assert "infinitely" not in cli(*asked, "--reversal", "pair").err
+
+
+def test_a_list_without_period_2_is_told_to_choose_it(cli, filled):
+    said = cli("query", "--p", "3-4", "--order", "length", "--db", str(filled)).err
+    assert "choose all periods from 2 on, such as --p 2-4" in said
 
 
 def test_latex_can_be_pasted(cli, filled):

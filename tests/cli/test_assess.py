@@ -83,7 +83,10 @@ def test_levels_can_be_given_as_energies_or_frequencies(cli, own, exact, tmp_pat
     assert "m; the k above use it" in prior.err
     wrong = cli("assess", frequencies, "--frequency", "GHz", "--radius", "0.2009", *asked)
     assert wrong.code == 1
-    assert "they fit with another radius: add --fit-radius" in wrong.err
+    assert "they fit with another radius: 'orbitdb assess FILE --fit-radius" in wrong.err
+    failed = cli("assess", frequencies, "--frequency", "GHz", "--radius", "0.204", "--fit-radius", *asked)
+    assert failed.code == 1
+    assert "radius 0." not in failed.err
 
 
 @pytest.mark.parametrize(
@@ -214,7 +217,7 @@ def test_waves_are_drawn_with_an_orbit_over_them(cli, own, tmp_path, figure):
         (lambda k: [*k[:5], math.nan, *k[5:]], "row 6 is nan"),
         (lambda k: [*k, math.inf], "row 22 is inf"),
         (lambda k: k[:9], "only 9 levels"),
-        (lambda k: [each**2 for each in k], "they look like energies"),
+        (lambda k: [each**2 for each in k], "they look like energies: add --energies"),
         (lambda k: [each**0.5 for each in k], "they look like wavenumbers"),
         (lambda k: [each / 1000 for each in k], "k is in 1/radius"),
     ],

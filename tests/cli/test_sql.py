@@ -135,7 +135,7 @@ def test_a_word_is_found_in_any_rotation_or_refused(varied, cli):
     assert cli("sql", f"{counted} code = code(:w)", *word) == (0, "n\n1\n", "")
     assert cli("sql", f"{counted} code = :w", *word) == (0, "n\n0\n", "")
     missed = cli("sql", "SELECT p FROM catalogue WHERE code = :w", *word)
-    hint = "codes are texts, each the least rotation of its word: write code = code('31')"
+    hint = "codes are texts, each the least rotation of its word: write words with code(), such as code('31')"
     assert missed == (1, "p\n", f"no rows; {hint}\n")
     assert cli("sql", "SELECT p FROM catalogue WHERE code = code('19')", *word[2:]).says(2, "symbol '9'")
 

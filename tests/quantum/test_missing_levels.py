@@ -184,9 +184,10 @@ def test_a_short_window_says_how_uncertain_its_first_number_is(window):
 def test_a_list_without_its_lowest_levels_is_told_that_it_may_be_a_window(catalogue, window):
     k, below, assessed = window
     notes = catalogue.assess(k, parity="oo", a=1.6).notes
-    said = f"the {below} lowest levels are missing: a list that begins higher up is a window, --window"
-    assert notes == (said,)
-    with pytest.raises(InputError, match="add --window"):
+    assert len(notes) == 1
+    assert notes[0].startswith(f"the {below} lowest levels are missing: ")
+    assert "'orbitdb assess FILE --window'" in notes[0]
+    with pytest.raises(InputError, match="'orbitdb assess FILE --window'"):
         catalogue.assess(k[k > 13.5], parity="oo")
     with pytest.raises(InputError, match="the list has only 9 levels"):
         assessed(k[:9])
@@ -251,6 +252,13 @@ def test_the_radius_is_found_from_the_levels(orbits, exact, off):
     found = assess(exact[:-1] * (1 + off), orbits, Stadium(1.6), Parity.OO, fit_scale=True)
     assert abs(found.scale * (1 + off) - 1) < 4 * found.scale_error < 4e-3
     assert found.gaps == []
+
+
+def test_the_radius_that_is_found_does_not_depend_on_the_one_given(orbits, exact):
+    given = np.array([1, 1.0001])
+    found = [assess(exact * one, orbits, Stadium(1.6), Parity.OO, fit_scale=True) for one in given.tolist()]
+    fitted = given * [each.scale for each in found]
+    assert fitted[0] == pytest.approx(fitted[1], abs=found[0].scale_error / 5)
 
 
 @pytest.mark.slow

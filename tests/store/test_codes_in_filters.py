@@ -112,6 +112,9 @@ def test_classes_that_lack_a_pattern_are_passed_over_safely(varied, pattern):
 def test_averages_without_a_pattern_say_what_they_mean(filled, cli):
     for command, said in (("lyapunov", "never contain the pattern"), ("entropy", "growth rate")):
         assert said in cli(command, "--without", "0", "--db", str(filled)).err
+        where = cli(command, "--where", "not contains(code, '0')", "--db", str(filled)).err
+        assert "if the filter leaves out just the words that contain some pattern, th" in where
+        assert said in where
     assert "pattern" not in cli("lyapunov", "--contains", "0", "--db", str(filled)).err
     z0 = Catalogue(filled).lyapunov(without="0")["z0"]
     assert z0[-1] == pytest.approx(1.2855, abs=1e-4)
@@ -185,7 +188,7 @@ def test_sqlite_reads_expressions(catalogue, where, found):
 def test_codes_that_find_nothing_are_explained(cli, varied, where):
     """A number is not a code, and a rotation of a code is none; one sentence says so."""
     values = ["-P", "w=+13"] if ":w" in where else []
-    said = "codes are texts, each the least rotation of its word: write code = code('31')"
+    said = "codes are texts, each the least rotation of its word: write words with code(), such as code('31')"
     assert cli("query", "--where", where, *values, "--db", str(varied)).says(1, said)
     assert said not in cli("query", "--where", "p = 2 and length < 0", "--db", str(varied)).err
     statement = f"SELECT code FROM catalogue WHERE {where}"

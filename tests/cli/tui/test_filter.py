@@ -234,3 +234,8 @@ async def test_the_note_on_typed_digits_goes_with_their_rows(filled_once):
         assert "1 of 5" in shown(app)
         await press(pilot, "3")
         assert "period 3" in shown(app)
+
+
+async def test_a_view_without_rows_says_so(filled_once):
+    async with browsing(filled_once, selection=Selection(statuses=(Status.BOUNDARY,))) as (app, _):
+        assert "no orbits through a joint" in shown(app)
