@@ -64,9 +64,8 @@ def fit(compared: Comparison, error: float | None) -> Fitted:
             break
         count = min(n, count * _MORE)
     for _ in range(_ROUNDS):
-        near = (
-            np.convolve(chance > _LEAST, np.ones(3), "same") > 0
-        )  # the best scale may lie between two cells
+        # the best scale may lie between two cells
+        near = np.convolve(chance > _LEAST, np.ones(3), "same") > 0
         scales = (scales[near, None] + step * (np.arange(_FINER) / _FINER - 0.5 + 0.5 / _FINER)).ravel()
         step /= _FINER
         chance = _chances(compared, scales, error, _BEAM)
