@@ -42,6 +42,7 @@ def test_several_a_give_the_last_row_of_each(cli):
     assert json.loads(both.out) == alone
 
 
+@pytest.mark.slow
 def test_prove_gives_the_same_bounds_and_counts_the_proved_windows(cli, tmp_path):
     plain = cli("bounds", "--a", "0.5", "--window", "7", "--json")
     proved = cli("bounds", "--a", "0.5", "--window", "7", "--json", "--prove")

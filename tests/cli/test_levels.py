@@ -141,6 +141,7 @@ def test_only_levels_of_the_named_parity_are_read_from_a_table(tmp_path, parity)
     assert there(GivenLevels(levels=path).read(parity)).tolist() == sorted(wanted)
 
 
+@pytest.mark.slow
 def test_levels_of_all_parities_end_with_the_shortest_list(filled):
     """The levels of `ee` end at 5, the others at 9. Above 5 nobody knows how many are missing."""
     stored = keep_made_levels(filled)

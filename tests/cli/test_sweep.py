@@ -32,6 +32,7 @@ def test_births_are_found_once_and_shown(cli):
     assert rows[0]["least"] is None
 
 
+@pytest.mark.slow
 def test_births_of_some_periods_are_shown_alone(awkward, cli):
     assert [row["p"] for row in json.loads(cli("births", "--p", "3", "--json").out)] == [2, 3]
 
@@ -87,6 +88,7 @@ def test_query_names_the_words_born_with_a_word(cli, born):
         assert f"for a > {a.strip()[:7]}" in cli("query", "--code", word).out
 
 
+@pytest.mark.slow
 def test_every_life_that_ends_is_listed(cli, born):
     """No class of few bounces ever dies. Here two are altered to die, and one of these to be reborn."""
     changes = [("0132", 2, 3.0, "died"), ("0132", 3, 5.0, "born"), ("0132", 4, 9.0, "died")]

@@ -23,6 +23,7 @@ def fill(path: Path, a: float = 1.6, periods=range(2, 9), **options) -> None:
     made(path, fill_periods(path, a, periods, **options))
 
 
+@pytest.mark.slow
 def test_a_period_can_be_filled_after_single_words(filled, tmp_path):
     path = tmp_path / "words.db"
     migrate(path)
@@ -89,6 +90,7 @@ def test_progress_counts_stored_words_at_every_a(tmp_path):
         assert [step.p for step in steps if step.words == step.total][-1] == 7
 
 
+@pytest.mark.slow
 def test_times_of_a_fill_are_stored(tmp_path):
     path = tmp_path / "new.db"
     start = time.monotonic()

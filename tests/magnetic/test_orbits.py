@@ -148,6 +148,7 @@ def triples(symbols):
     return {"".join(map(str, row)) for row in np.unique(rows, axis=0).tolist()}
 
 
+@pytest.mark.slow
 def test_six_triples_of_sides_are_new_in_a_field():
     """Up to kappa = 0.3, some arcs go from a wall to the same wall."""
     words = words_of(8)

@@ -83,6 +83,7 @@ def test_interpolation_between_stations_agrees_with_solving(p, at, widths, order
         assert order is None or off[0] / off[1] == pytest.approx(2**order, rel=0.2)
 
 
+@pytest.mark.slow
 def test_every_change_between_two_stations_is_found(found):
     """This includes words that are orbits at both stations but not between them, and a station at a birth."""
     dying, rng = from_strings(["010203113", "010233113"]), np.random.default_rng(1)

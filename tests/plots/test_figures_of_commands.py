@@ -93,6 +93,7 @@ def test_the_figure_of_entropy_shows_whole_periods_and_proved_bounds(known):
     assert (p.tolist(), higher.tolist()) == ([3, 4, 5], k_0[1:].tolist())
 
 
+@pytest.mark.slow
 def test_the_figure_of_exponents_shows_every_method(known):
     made = draw("lyapunov", known, Selection(1.6, periods=((2, 6),)), 0)
     subset = known.classes(a=1.6, p="2-6")
@@ -223,6 +224,7 @@ def test_the_figure_of_lengths_claims_no_more_than_is_proved(known):
     assert any(f"up to $L = {end.get_xdata()[0]:.2f}" in line for line in said)
 
 
+@pytest.mark.slow
 def test_the_figure_of_lengths_shows_every_orbit_and_where_it_is_complete(known):
     made = draw("lengths", known, Selection(1.6, periods=((2, 4),), statuses=(Status.ORBIT,)), 0)
     above, below = made.axes

@@ -33,6 +33,7 @@ def curve(ax, label):
     return np.array(found.get_xdata()), np.array(found.get_ydata())
 
 
+@pytest.mark.slow
 def test_a_result_draws_the_averages_that_it_has(catalogue):
     found = catalogue.entropy(p="2-6")
     ax = found.plot()

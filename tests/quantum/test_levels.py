@@ -137,6 +137,7 @@ def test_levels_do_not_depend_on_the_threads_of_linear_algebra():
     assert told[0] == told[1]
 
 
+@pytest.mark.slow
 def test_a_window_between_two_levels_is_solved():
     task = LevelTask(1.6, Parity.OE, 2.0265300566195372, 2.4751285339189684)
     assert task.solved().k == pytest.approx([2.0265300566], abs=1e-9)

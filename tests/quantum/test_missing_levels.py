@@ -39,6 +39,7 @@ def orbits(catalogue):
     return staircase(Stadium(1.6), classes, 17.0, Parity.OO, (CUTOFF,))
 
 
+@pytest.mark.slow
 def test_the_staircase_is_the_sum_of_its_terms(catalogue):
     classes, _ = answer(catalogue.path, read_orbits, Selection(1.6))
     stadium, cutoffs = Stadium(1.6), (6.0, 9.0)
@@ -213,12 +214,11 @@ def test_a_list_in_which_every_level_stands_twice_is_merged(catalogue, exact):
     assert without_twins(poisson, Stadium(1.6), None)[1] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change",
-    [lambda k: k * 1.01, *(pytest.param(each, marks=pytest.mark.slow) for each in (
-        lambda k: k + 0.15, lambda k: np.sqrt(k**2 + 9)
-    ))],
-)  # fmt: skip
+    [lambda k: k * 1.01, lambda k: k + 0.15, lambda k: np.sqrt(k**2 + 9)],
+)
 def test_a_list_of_another_stadium_does_not_fit(catalogue, exact, change):
     found = catalogue.assess(change(exact), parity="oo")
     assert not found.fits
@@ -247,13 +247,14 @@ def test_a_duplicate_level_is_spurious(orbits, exact):
         assert "1 is spurious or duplicate" in found.verdict()
 
 
-@pytest.mark.parametrize("off", [-0.003, 0.0021])
+@pytest.mark.parametrize("off", [pytest.param(-0.003, marks=pytest.mark.slow), 0.0021])
 def test_the_radius_is_found_from_the_levels(orbits, exact, off):
     found = assess(exact[:-1] * (1 + off), orbits, Stadium(1.6), Parity.OO, fit_scale=True)
     assert abs(found.scale * (1 + off) - 1) < 4 * found.scale_error < 4e-3
     assert found.gaps == []
 
 
+@pytest.mark.slow
 def test_the_radius_that_is_found_does_not_depend_on_the_one_given(orbits, exact):
     given = np.array([1, 1.0001])
     found = [assess(exact * one, orbits, Stadium(1.6), Parity.OO, fit_scale=True) for one in given.tolist()]

@@ -50,6 +50,7 @@ def test_waves_are_orthonormal(few):
     np.testing.assert_allclose(4 * (values * weights) @ values.T, np.eye(len(few)), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_waves_have_their_parity_and_are_nan_outside(few):
     x, y = np.array([0.3, 1.2, 2.4]), np.array([0.2, 0.7, 0.3])
     for parity, wave in ((Parity.OO, few[0]), (Parity.EO, next(waves(A, 3, 4, "eo")))):

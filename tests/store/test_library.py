@@ -92,6 +92,7 @@ def test_a_limit_gives_the_first_entries_and_the_total(catalogue):
         catalogue.select(limit=-1)
 
 
+@pytest.mark.slow
 def test_an_orbit_of_a_subset_reads_its_bounces_when_asked(catalogue):
     """Copies and images have them, too."""
     read, later = (catalogue.select(p=5, status="orbit,dynamical", coordinates=now) for now in (True, False))

@@ -76,6 +76,7 @@ def test_counts_around_births_and_deaths_agree_with_a_list(asked, kind):
     assert len(set(found)) > 2
 
 
+@pytest.mark.slow
 @given(criteria=CRITERIA, order=ORDERS)
 @example({"p": "2-30", "status": "orbit,geometric"}, "code")
 def test_arrays_agree_with_a_list(asked, criteria, order):

@@ -125,6 +125,7 @@ def test_bins_are_logarithmic_if_values_span_decades(filled, least, most, logari
     assert (margins.counts[-1], margins.counts[0]) == (1, margins.counts.sum() - 1)
 
 
+@pytest.mark.slow
 def test_proved_bounds_are_stored_once_and_read_back(filled, cli):
     for options in (["--window", "4", "--prove"], ["--window", "11"], ["--a", "0.5", "--window", "4"]):
         assert cli("bounds", *options, "--db", str(filled)).code == 0

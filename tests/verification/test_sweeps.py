@@ -155,6 +155,7 @@ def test_only_births_of_chosen_periods_are_checked(begun):
     assert (counted["births"], counted["lives"]) == (17, 17)
 
 
+@pytest.mark.slow
 def test_births_and_deaths_must_alternate_and_give_the_counts(begun):
     """A rebirth is made by hand, because only longer words die and are reborn, such as some of p = 9."""
 

@@ -144,6 +144,7 @@ def test_an_a_without_rows_has_nothing_to_check(small, cli):
     assert cli("verify", "--a", "2").says(1, "nothing to check", "a = 2", "orbitdb fill --p 11 --a 2")
 
 
+@pytest.mark.slow
 def test_births_alone_are_checked(born_once, cli):
     outcome = cli("verify", "--db", str(born_once), "--json")
     assert outcome.code == 0, outcome.err

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pytest
 from screens import browsing, press, shown, until
 
 from orbitdb.cli.tui.help import KeysPanel
@@ -39,6 +40,7 @@ async def test_an_empty_catalogue_shows_an_orbit_and_three_keys(tmp_path):
         assert "fill the catalogue" not in shown(app)
 
 
+@pytest.mark.slow
 async def test_the_list_of_keys_may_be_closed_before_it_is_there(varied):
     """Two keys at once do this."""
     async with browsing(varied) as (app, pilot):

@@ -45,6 +45,7 @@ def pages_of(catalogue, selection, ordering=NATURAL, columns=SHOWN):
     return Pages.read(Catalogue(catalogue.path), selection, ordering, columns)
 
 
+@pytest.mark.slow
 @given(criteria=CRITERIA, ordering=ORDERINGS, names=NAMES, places=PLACES)
 def test_pages_agree_with_a_list_and_find_words(asked, criteria, ordering, names, places):
     catalogue, rows = asked
