@@ -236,7 +236,7 @@ class Listing:
         return self._read[2]
 
     def _with_rows(self) -> Sequence[Selection]:
-        """Return the selections at each a with rows, or all if there are none."""
+        """Return the selections that have rows; if none has any, return all of them."""
         if len(self.selections) == 1:
             return self.selections
         with self._snapshot() as connection:

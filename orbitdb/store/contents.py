@@ -5,7 +5,8 @@ from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Table, func, select, text
+import sqlalchemy as sa
+from sqlalchemy import ColumnElement, Connection, Table, func, select
 from sqlalchemy.exc import OperationalError
 
 from orbitdb.store import tables as t
@@ -73,6 +74,10 @@ def contents(connection: Connection, a: float, spans: Sequence[tuple[int, int]] 
     return Contents(stored, periods(t.fill), periods(t.sweep), *counts)
 
 
+_SIZES = sa.table("dbstat", sa.column("name"), sa.column("pgsize"), sa.column("aggregate"))
+"""SQLite's own table of the space that each table takes."""
+
+
 def room(connection: Connection) -> dict[str, tuple[int, float | None]]:
     """Return the numbers of classes, orbits and pruned words, each with the bytes per row.
 
@@ -80,13 +85,13 @@ def room(connection: Connection) -> dict[str, tuple[int, float | None]]:
     """
     pages: dict[str, int] = {}
     with suppress(OperationalError):
-        sizes = connection.execute(text("SELECT name, pgsize FROM dbstat WHERE aggregate = TRUE"))
+        sizes = connection.execute(select(_SIZES.c.name, _SIZES.c.pgsize).where(_SIZES.c.aggregate == 1))
         pages = dict(tuple(row) for row in sizes)
     rows = {}
-    for name, table in {"classes": t.cycle, "orbits": t.orbit, "pruned words": t.pruned}.items():
-        count = connection.scalar(select(func.count()).select_from(table)) or 0
-        if count or table is not t.pruned:
-            rows[name] = count, pages[table.name] / count if pages and count else None
+    for name, stored in {"classes": t.cycle, "orbits": t.orbit, "pruned words": t.pruned}.items():
+        count = connection.scalar(select(func.count()).select_from(stored)) or 0
+        if count or stored is not t.pruned:
+            rows[name] = count, pages[stored.name] / count if pages and count else None
     return rows
 
 

@@ -36,8 +36,8 @@ def remove_journal_of(
 ) -> None:
     """Remove the journal of an opened file that is no longer at its path; SQLite would leave it there.
 
-    It would be taken for that of the next file with this name. If there is none, the file may have been moved
-    away and still need its journal, unless everything in it has been `moved` into the file.
+    SQLite would take it for the journal of the next file with this name. While there is no such file, the
+    user may have moved the opened one and still need its journal, unless all of it was `moved` into the file.
     """
     now = file_id(path)
     gone = moved or not journal_size(path) if now is None else not now.is_same(opened)

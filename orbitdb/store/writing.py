@@ -320,9 +320,8 @@ def add_orbits(
     `computed` names the arithmetic that computed them, by default that of this machine.
     """
     count = len(orbits)
-    kept = np.logical_or.reduce(
-        [orbits.status == status for status in EXISTING]
-    )  # faster than isin, which sorts
+    # isin would sort, which takes longer
+    kept = np.logical_or.reduce([orbits.status == status for status in EXISTING])
     numbers = {name: _or_null(getattr(orbits, name), kept | (name == "margin")) for name in NUMBERS}
     insert(connection, t.orbit, {
         "stadium": repeat(stadium_id, count), "cycle": cycles, "status": orbits.status.tolist(),
