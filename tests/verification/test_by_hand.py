@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 from contents import ask, checks
 
+from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
+from orbitdb.verification.verify import verify
 
 pytestmark = pytest.mark.slow
 
@@ -92,4 +94,5 @@ def test_every_alteration_is_found(files, tmp_path, name):
         assert plain.execute(first).rowcount > 0
         for each in others:
             plain.execute(each)
-    assert checks(path)[check].failures
+    with reading(path) as connection, closing(verify(connection, [Selection()])) as steps:
+        assert any(found.name == check and found.failures for step in steps for found in step.checks)
