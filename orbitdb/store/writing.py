@@ -27,7 +27,7 @@ from orbitdb.orbits.status import EXISTING
 from orbitdb.store import tables as t
 from orbitdb.store.connection import Driver
 from orbitdb.store.engines import make_engine, open_to_write, plain_errors
-from orbitdb.store.file import need_newest, reading
+from orbitdb.store.file import Store, need_newest
 from orbitdb.store.journal import JOURNAL_LIMIT, checkpoint, journal_ids, remove_journal_of
 from orbitdb.store.paths import FileId, absolute_path, check_same_file, file_id
 from orbitdb.store.tables import BORN, DIED, DONE
@@ -58,6 +58,7 @@ class Writer:
         self._references = references
         self._interrupted = False
         self._drivers: tuple[Driver, ...] = ()  # one that writes, and one that moves the journal
+        self._store: Store | None = None
         self._engine = make_engine(self._open, "BEGIN IMMEDIATE", StaticPool)
 
     def _open(self) -> Driver:
@@ -101,7 +102,8 @@ class Writer:
     def reading(self) -> Iterator[Connection]:
         """Yield a connection that sees the file as it is now, even while others write."""
         self._check_file()
-        with reading(self.path) as connection:
+        self._store = self._store or Store(self.path)
+        with self._store.snapshot() as connection:
             yield connection
 
     def try_to_write(self) -> None:
@@ -118,6 +120,8 @@ class Writer:
             If the file is no longer at its path.
         """
         moved = False
+        if self._store:
+            self._store.close()
         if self._journal and not self._interrupted:  # or the interrupted statement may still have the lock
             with suppress(sqlite3.Error, sa.exc.DBAPIError):
                 checkpoint(self._engine, self._drivers[-1])
