@@ -113,10 +113,16 @@ class BrowseApp(App[None], Working):
                     self._handlers[number] = signal.signal(number, partial(self._take_signal, loop))
 
     def on_key(self, event: Key) -> None:
-        """Insert a printable character into the focused field, after all earlier keys have taken effect."""
+        """Insert a printable character into the focused field, after all earlier keys have taken effect.
+
+        Some terminals join escape and the key that follows it to a key with Alt, which means nothing here.
+        """
         if event.character is not None and event.is_printable and isinstance(self.focused, Field):
             event.prevent_default()
             self.focused.replace(event.character, *self.focused.selection)
+        elif (letter := event.key.removeprefix("alt+")) != event.key and len(letter) == 1:
+            self.post_message(Key("escape", None))
+            self.post_message(Key(letter, letter))
 
     # filling and writing
 
@@ -134,7 +140,7 @@ class BrowseApp(App[None], Working):
             nonlocal state
             if self.fill_state is not None and self.fill_state.state == "stopping":
                 raise CancelledError
-            state.work.report(done, total, text, time.monotonic())
+            state.work.report(done, total, text.removeprefix("words, "), time.monotonic())
             state = replace(state, done=int(done))
             self.call_later(self._take_step, state)
 

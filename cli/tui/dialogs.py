@@ -45,6 +45,8 @@ class LineDialog(Dialog[str | None]):
     HELP = ""
     """What stands below the line of text."""
     SUGGESTER: Suggester | None = None
+    SELECTED = True
+    """Whether the first letter replaces the line."""
     BINDINGS: ClassVar[list[BindingType]] = [key("up", "older(1)"), key("down", "older(-1)")]
 
     def __init__(
@@ -68,7 +70,12 @@ class LineDialog(Dialog[str | None]):
             box.border_subtitle = self.HINT + (", ↑ ↓ choose" if others else "")
             if others:
                 yield NameList(*map(Text, others), classes="others")
-            yield Field(self._lines[-1], placeholder=self._placeholder, suggester=self.SUGGESTER)
+            yield Field(
+                self._lines[-1],
+                placeholder=self._placeholder,
+                suggester=self.SUGGESTER,
+                select_on_focus=self.SELECTED,
+            )
             yield Label("", classes="complaint", markup=False)
             if self.HELP:
                 yield Label(self.HELP, classes="help", markup=False)
@@ -138,6 +145,7 @@ class FilterDialog(LineDialog):
     HINT = "→ completes, enter accepts, escape cancels"
     HELP = "contains(code, '0202') finds 0202 in any rotation; not contains(..) leaves it out"
     SUGGESTER = ColumnSuggester()
+    SELECTED = False
 
     def __init__(
         self, where: str, check: Callable[[str], str], filters: Sequence[str], follow: Callable[[str], object]

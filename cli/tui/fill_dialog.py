@@ -56,9 +56,9 @@ class FillState:
     def runs(self) -> bool:
         return self.state in ("running", "stopping")
 
-    def sentence(self) -> str:
+    def sentence(self, columns: int = _LINE) -> str:
         if self.runs:
-            line = self.work.line(_LINE, time.monotonic())
+            line = self.work.line(columns, time.monotonic())
             return line if self.state == "running" else f"{self.state}: {line}"
         return self.message if self.state == "failed" else f"{self.state}: {_words(self.done)}"
 

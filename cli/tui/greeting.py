@@ -16,7 +16,7 @@ EXAMPLE = "1232131"
 
 _TEXT = """\
 The periodic orbits of the stadium billiard. Above: [b]{orbit.code}[/b], {orbit.p} bounces, \
-L = {orbit.length:.4f}, λ = {orbit.lyapunov:.3f}.
+L\u00a0=\u00a0{orbit.length:.4f}, λ\u00a0=\u00a0{orbit.lyapunov:.3f}.
 
 [b $key]f[/]  fill the catalogue: the 89,789 words up to period 11 take a second
 [b $key]c[/]  type a code, such as {orbit.code}, and see its orbit

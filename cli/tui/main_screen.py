@@ -35,6 +35,8 @@ from orbitdb.symbols.words import least_rotation
 from orbitdb.text import format_float
 
 _SECONDS_BETWEEN_LOOKS = 2.0
+_BRIEF = 28
+"""Columns of the progress of a fill above the rows, beside the choices."""
 
 
 def _to(part: str, action: str) -> str:
@@ -68,7 +70,8 @@ class MainScreen(OwnScreen[None]):
         *purpose(
             "orbit",
             Binding("c", _to("side", "code"), "code", tooltip="in any rotation, stored or not"),
-            Binding("enter", "whole", "facts", tooltip="about the orbit, all, or back", key_display="enter"),
+            Binding("enter", "whole", "facts", tooltip="about the orbit, all of them", key_display="enter"),
+            Binding("enter", "back(True)", "rows", tooltip="beside the orbit", key_display="enter"),
             key("v", _to("side", "draw('view')"), "view", tooltip="stadium or phase space"),
             key("space", _to("side", "draw('particle')"), "particle", tooltip="starts or stops"),
             key("T,t", _to("side", f"move_in_class({REVERSE})"), "time reverse"),
@@ -151,7 +154,7 @@ class MainScreen(OwnScreen[None]):
         self.watch(self.side, "sought", self.rows.go_to, init=False)
         self.watch(self.app, "fill_state", self.say_choices)
         self.action_look_again()
-        self.set_interval(_SECONDS_BETWEEN_LOOKS, self.look_for_deletions)
+        self.set_interval(_SECONDS_BETWEEN_LOOKS, self.look_for_changes)
         self.rows.table.focus()
         if self._code is not None:
             self.call_next(self.side.ask_for, self._code)
@@ -159,7 +162,7 @@ class MainScreen(OwnScreen[None]):
     def say_choices(self) -> None:
         """Show the choices, and name them, or the orbit whose facts are shown, in the subtitle."""
         fill = getattr(self.app, "fill_state", None)
-        self.choices.say(fill.sentence() if fill is not None and fill.runs else "")
+        self.choices.say(fill.sentence(_BRIEF) if fill is not None and fill.runs else "")
         orbit = self.side.orbit if self.whole else None
         of_orbit = "" if orbit is None else f"{code_text(orbit.code)} at a = {format_float(orbit.a)}"
         self.sub_title = of_orbit or self.choices.selection.describe()
@@ -201,8 +204,8 @@ class MainScreen(OwnScreen[None]):
         if filled:
             self.rows.read(self.choices.selection)
 
-    def look_for_deletions(self) -> None:
-        """Notice that another process has deleted periods, if the file has changed since the last look."""
+    def look_for_changes(self) -> None:
+        """Notice that another process has filled or deleted periods, if the file has changed."""
         a = self.choices.selection.a
 
         def compare(filled: list[int]) -> None:
@@ -210,6 +213,8 @@ class MainScreen(OwnScreen[None]):
                 before, self._filled = self._filled, filled
                 if set(before) - set(filled):
                     self._read_anew()
+                elif before != filled:
+                    self.action_look_again()
 
         if self._stamp != (stamp := stamp_of(self._catalogue.path)):
             self._stamp = stamp
@@ -279,8 +284,8 @@ class MainScreen(OwnScreen[None]):
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Disable the keys that choose rows while the facts about an orbit hide the rows; a can be chosen."""
-        if action == "back" and parameters:
-            return self.whole
+        if action == "whole" or (action == "back" and parameters):  # in turn, by the same key
+            return self.whole != (action == "whole")
         chooses = action in ("filter_value", "past_view") or (
             action == "to" and parameters[0] in ("chips", "rows") and parameters[1] != "half_length"
         )
@@ -292,7 +297,7 @@ class MainScreen(OwnScreen[None]):
         self.say_choices()
 
     def action_whole(self) -> None:
-        self.whole = not self.whole and self.side.need() is not None
+        self.whole = self.side.need() is not None
 
     def action_back(self, leave: bool = False) -> None:
         """Go back one step: from the help, the facts, an orbit other than the row's, or typed digits."""
@@ -352,6 +357,9 @@ class MainScreen(OwnScreen[None]):
         from orbitdb.cli.tui.export import ask_for_file, save_orbit, write_rows
 
         orbit, phase = self.side.orbit, self.query_one(OrbitDrawing).phase
+        if orbit is None and not len(self.rows.table.source):
+            self.notify("there is nothing to save: no orbit, and no rows")
+            return
         of_rows = orbit is None or self.rows.table.has_focus
         ask_for_file(
             self,

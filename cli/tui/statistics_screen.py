@@ -165,11 +165,12 @@ class StatisticsScreen(OwnScreen[str | None]):
     def failed(self, reason: str) -> None:
         super().failed(reason)
         self.result = None
-        self.query_one("#numbers", Static).update(reason)
+        self._show(reason)
 
-    def _show(self) -> None:
-        box, notes = self.query_one("#statistics"), [self._rest]
+    def _show(self, failure: str = "") -> None:
+        box, notes = self.query_one("#statistics"), [failure or self._rest]
         box.border_title = _WEIGHTS[self._weight]
+        self.query_one("#plots").display = self.result is not None
         self.query_one("#numbers", Static).update("" if self.result is None else _as_table(self.result))
         if self.result is not None:
             notes += [*self.result.facts, *self.result.notes]

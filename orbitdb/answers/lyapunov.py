@@ -123,7 +123,7 @@ AVERAGES = [
     Average("", "orbits", "average over fixed points", of_divisors, _of_sums("lambda_d", "lambda_c"),
             ink="one", line="x:"),
     Average("pair", "pairs", "mean of $p - 1$ and $p$", of_pairs, _of_sums("lambda_d_pair", "lambda_c_pair"),
-            ink="three", line="^-"),
+            ink="three", marker="+", line="^-"),
     Average("zeta", "zeta", "zeta function to order $p$", every_period,
             _of_sums("lambda_d_zeta", "lambda_c_zeta", "z0"), ink="two", marker="×", line="s--"),
     Average("sum_rule", "sum rules", "sum rules (band: error)", every_period, _of_rules,

@@ -28,8 +28,8 @@ Partners = Sequence[tuple[float, list[str]]]
 
 _MOST_BOUNCES = 60
 _BAR = 40
-LONG = 20
-"""Maximum number of symbols of a code in the title."""
+LONG = 16
+"""Maximum number of symbols of a code in the title, so that a window of 80 columns shows the status, too."""
 _SHORT = {"time_reversal": "reversal"}
 _LEAST, _MOST = 0.05, 20.0
 """The values of a at the ends of the bar."""

@@ -13,6 +13,7 @@ from textual.widgets import Static
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.dialogs import FilterDialog, LineDialog, ListDialog, MarksDialog, Names, half_length
+from orbitdb.cli.tui.help import KeysPanel
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import USUAL, Kept, Ordering, begun_periods
 from orbitdb.orbits.status import Status
@@ -168,6 +169,7 @@ class FilterBar(Static, Working):
                 self._kept.remember(typed)
 
         self.trying = True
+        self.screen.query(KeysPanel).remove()  # some terminals pass on no escape shortly before this key
         dialog = FilterDialog(before, self.check_filter, self._kept.state.filters, apply)
         self.app.push_screen(dialog, take)
 
@@ -176,7 +178,8 @@ class FilterBar(Static, Working):
             check(where, dict(self.filtered(where).parameters))
         except SelectionError as error:  # without the line, which stands above, and advice for the shell
             message = str(error).removeprefix(f"where {where!r}: ")
-            raise SelectionError(re.sub(r"[;,]? *'orbitdb [^;]*|, with -P .*", "", message)) from error
+            message = re.sub(r"[;,]? *'orbitdb [^;]*|: give each :name .*", "", message)
+            raise SelectionError(message) from error
         return ""
 
     def filtered(self, where: str | None) -> Selection:
@@ -206,7 +209,8 @@ class FilterBar(Static, Working):
         with self._kept.changing() as state:
             verb = "unmarked" if word in state.marked else "marked"
             (state.marked.remove if word in state.marked else state.marked.append)(word)
-        self.notify(f"{verb} {code_text(word)}, {len(state.marked)} in all; press ' to show them", timeout=2)
+        shown = "; press ' to show them" if state.marked else ""
+        self.notify(f"{verb} {code_text(word)}, {len(state.marked)} in all{shown}", timeout=2)
         if self._shows_marked:
             self._choose_marked(self._before_marks)
         return frozenset(state.marked)
@@ -263,7 +267,9 @@ def chips(selection: Selection, a_values: Sequence[float]) -> str:
         ("turn('time_reversal')", "r", reversal[selection.time_reversal]),
         ("filter", "/", escaped(selection.describe_rest()) or "no filter"),
     ]
-    return " ".join(f"[@click={action}] [b $key]{name}[/] {text} [/]" for action, name, text in parts)
+    # a link would take the colour of all links, so the key stands before it
+    line = (f"[b $key on $panel] {name}[/][@click={action}] {text} [/]" for action, name, text in parts)
+    return " ".join(line)
 
 
 def escaped(text: str) -> str:

@@ -15,7 +15,7 @@ from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog
 from orbitdb.cli.tui.panels.jumps import Jumps
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.screens import in_shell
-from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, Kept, Ordering, Pages, known_columns
+from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, Kept, Ordering, Pages, known_columns, stamp_of
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection
@@ -52,7 +52,7 @@ class RowsPanel(Vertical, Jumps):
         self.table = PagedTable(id="table")
         self.border_title = "words"
         self._asked: Selection | None = None
-        self._unfiltered: Selection | None = None  # the subset that `total` counts
+        self._counted: tuple[Selection, tuple[int, ...]] | None = None  # what `total` counts, in which file
         self._orbit: Orbit | None = None  # the current one
         self.set_reactive(RowsPanel.columns, known_columns(kept.state.columns))
         self.set_reactive(RowsPanel.marked, frozenset(kept.state.marked))
@@ -109,7 +109,8 @@ class RowsPanel(Vertical, Jumps):
             return
         catalogue, ordering = self._catalogue, self.ordering
         unfiltered = replace(selection, where=None, parameters={})
-        total = self.total if self._unfiltered == unfiltered else None
+        counted = unfiltered, stamp_of(catalogue.path)
+        total = self.total if self._counted == counted else None
         if selection != self._asked:
             self.forget_digits()
         fields = tuple(dict.fromkeys((*self.columns, "status", ordering.column)))
@@ -137,12 +138,12 @@ class RowsPanel(Vertical, Jumps):
 
         def show(found: tuple[Pages, str, int | None]) -> None:
             rows, gaps, self.total = found
-            self._unfiltered = unfiltered
+            self._counted = counted
             self.table.ordering = ordering
             self.say_gaps(gaps)
             if self.total is not None:
-                noun = "orbits" if selection.statuses == (Status.ORBIT,) else "words"
-                self.report = f"{len(rows):,} of {self.total:,} {noun}"
+                noun = "orbit" if selection.statuses == (Status.ORBIT,) else "word"
+                self.report = f"{len(rows):,} of {self.total:,} {noun}{'s' * (self.total != 1)}"
                 self.take(rows)
             elif self._orbit is None:  # otherwise the current word would lose its row
                 self.table.show(rows)
@@ -230,7 +231,7 @@ class RowsPanel(Vertical, Jumps):
         place = f"{self.table.cursor + 1:,} of {total}" if rows else "no rows"
         if orbit is not None and self.alone:
             code = orbit.code if orbit.p <= _SHOWN else f"{orbit.code[:_SHOWN]}…"
-            place = f"{code} is not {'among these rows' if orbit.stored else 'stored'}"
+            place = f"{code} {'has no row here' if orbit.stored else 'is not stored'}"
         self.border_subtitle = " │ ".join(filter(None, (self.note, place)))
 
 

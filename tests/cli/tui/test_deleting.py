@@ -39,11 +39,11 @@ async def test_a_row_that_another_process_deleted_is_no_end(path, cli):
 async def test_the_screen_notices_a_deletion_by_itself(path, cli):
     """The rows on the screen are in memory, so only the file can say that they are gone."""
     async with browsing(path, LARGE) as (app, pilot):
-        app.screen.look_for_deletions()
+        app.screen.look_for_changes()
         await settle(pilot)
         assert notes(app) == []
         assert cli("delete", "--db", str(path), "--a", "1.6", "--yes").code == 0
-        app.screen.look_for_deletions()  # as it does every few seconds
+        app.screen.look_for_changes()  # as it does every few seconds
         await settle(pilot)
         assert sum("deleted meanwhile" in note for note in notes(app)) == 1
         assert len(table_of(app).source) == 0
@@ -54,10 +54,17 @@ async def test_the_screen_notices_a_deletion_by_itself(path, cli):
 async def test_rows_that_another_process_adds_are_no_deletion(path):
     async with browsing(path, LARGE) as (app, pilot):
         [*fill_periods(path, 1.0, [3])]
-        app.screen.look_for_deletions()
+        app.screen.look_for_changes()
+        await settle(pilot)
+        [*fill_periods(path, 1.6, [9])]
+        rows = Catalogue(path).count(Selection())
+        await press(pilot, "slash", *"p = 9")
+        assert f"{Catalogue(path).count(p=9):,} of {rows:,} words" in shown(app)
+        await press(pilot, "escape")
+        app.screen.look_for_changes()
         await settle(pilot)
         assert notes(app) == []
-        assert len(table_of(app).source) == Catalogue(path).count(Selection())
+        assert len(table_of(app).source) == rows
 
 
 @pytest.mark.slow

@@ -5,6 +5,7 @@ from screens import SMALL, TINY, browsing, press, screen_lines, shown, write
 from textual.widgets import Button, Label
 from textual.widgets._toast import Toast
 
+from orbitdb.cli.tui.dialogs import FilterDialog, ListDialog
 from orbitdb.cli.tui.fill_dialog import FillRequest, FillState
 from orbitdb.cli.tui.help import PURPOSES, KeysPanel
 from orbitdb.store.selection import Selection
@@ -84,6 +85,17 @@ async def test_every_key_that_works_can_be_read_in_the_help(filled, key):
         assert "PageLeft" not in text  # a key of Textual's own
         await press(pilot, "question_mark", "escape")
         assert not screen.query(KeysPanel) or key == "S"
+
+
+async def test_escape_and_the_next_key_may_arrive_as_one(filled):
+    """Within tmux, `escape` and a letter are the letter with Alt, and `escape` before `/` is lost."""
+    async with browsing(filled) as (app, pilot):
+        await press(pilot, "question_mark", "alt+s")
+        assert not app.screen_stack[0].query(KeysPanel)
+        assert isinstance(app.screen, ListDialog)
+        await press(pilot, "escape", "question_mark", "slash")
+        assert not app.screen_stack[0].query(KeysPanel)
+        assert isinstance(app.screen, FilterDialog)
 
 
 @pytest.mark.parametrize("size", [SMALL, TINY])

@@ -54,6 +54,9 @@ async def test_rows_and_count_follow_the_filter_as_it_is_typed(filled_once):
         assert told(app) == f"5 of {everything:,} words"
         assert main.sub_title == Selection(where="length < 11").describe()
         assert "13         2  10.4000000" in shown(app)
+        await typed(pilot, "p")  # on the way to p < 11
+        assert len(table_of(app).source) == 5
+        assert "not a condition" in told(app)
         for more in (" an", " and time_reversal = 'se"):
             await typed(pilot, f"length < 11{more}")
             assert len(table_of(app).source) == 5
@@ -66,7 +69,8 @@ async def test_rows_and_count_follow_the_filter_as_it_is_typed(filled_once):
         assert app.screen is main
         assert main.choices.selection == chosen
         await press(pilot, "slash")
-        assert app.screen.query_one("Input").value == chosen.where
+        await press(pilot, *" or p=3")  # goes on where the line ends
+        assert app.screen.query_one("Input").value == f"{chosen.where} or p=3"
         await typed(pilot, "length < 1")
         await press(pilot, "enter")
         main.go_along(2.5)  # the list is empty because of the filter, not because of a

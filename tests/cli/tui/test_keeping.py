@@ -145,7 +145,8 @@ def test_keys_cycle_through_the_values_of_a_criterion():
 
 def linked(line):
     """Return the actions of a line of choices, with the key and the text of each."""
-    return re.findall(r"\[@click=([^\]]*)\] \[b \$key\](.*?)\[/\] (.*?) \[/\]", line)
+    parts = re.findall(r"\[b \$key on \$panel\] (.*?)\[/\]\[@click=([^\]]*)\] (.*?) \[/\]", line)
+    return [(action, key, text) for key, action, text in parts]
 
 
 def test_choices_link_to_their_actions_and_name_their_keys():

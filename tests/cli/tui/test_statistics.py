@@ -41,6 +41,13 @@ def test_only_averages_of_the_first_periods_are_computed_unasked(filled_once, mo
         assert (there(found)["p"], note) == (every, "")
 
 
+async def test_a_subset_without_averages_says_why_and_draws_nothing(filled_once):
+    async with browsing(filled_once, selection=Selection(where="length < 1")) as (app, pilot):
+        await press(pilot, "S")
+        assert "no orbits at a = 1.6 where length < 1 " in shown(app)
+        assert not any(plot.region for plot in app.screen.query("Plot"))
+
+
 @pytest.mark.slow
 async def test_new_trajectories_replace_stored_ones(filled, monkeypatch):
     monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)

@@ -46,8 +46,8 @@ def filled(made_once):
 @pytest.mark.parametrize(
     ("code", "chosen", "rows", "told"),
     [
-        ("1232131", Selection(periods=((2, 4),)), True, "1232131 is not among these rows"),
-        ("1232131", Selection(where="p > 50"), False, "1232131 is not among these rows"),
+        ("1232131", Selection(periods=((2, 4),)), True, "1232131 has no row here"),
+        ("1232131", Selection(where="p > 50"), False, "1232131 has no row here"),
         ("1^20 3", Selection(periods=((2, 4),)), True, "111111111111… is not stored"),
         ("3131", Selection(), True, "3131 repeats 31 (twice): using 31"),
     ],
