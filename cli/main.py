@@ -17,7 +17,7 @@ from types import FrameType
 from typing import NoReturn
 
 from orbitdb.cli.advice import completed, remember
-from orbitdb.errors import DISK_TROUBLE, InputError, StoreError, WorkError
+from orbitdb.errors import DISK_TROUBLE, InputError, NotStoredError, StoreError, WorkError
 from orbitdb.text import line
 
 DONE, FAILED, USAGE, NO_DATABASE, SIGNALLED, INTERRUPTED, UNREAD = 0, 1, 2, 3, 128, 130, 141
@@ -150,12 +150,12 @@ def _failed(error: Exception) -> int:
     from orbitdb.cli.app import ParsingError, refusal
 
     match error:
+        case NotStoredError() | WorkError() | ModuleNotFoundError():
+            return _say(str(error), FAILED)
         case InputError():
             return _say(str(error), USAGE)
         case StoreError():
             return _say(str(error), NO_DATABASE)
-        case WorkError() | ModuleNotFoundError():
-            return _say(str(error), FAILED)
         case ParsingError():
             return _say(refusal(error), USAGE)
         case UnsupportedOperation():

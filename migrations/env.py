@@ -8,7 +8,7 @@ from alembic import context
 from sqlalchemy import Connection
 
 from orbitdb.store import tables
-from orbitdb.store.file import finish, upgrading
+from orbitdb.store.file import check_file, finish, upgrading
 from orbitdb.store.paths import absolute_path
 from orbitdb.store.views import drop_views
 
@@ -26,5 +26,7 @@ def run(connection: Connection) -> None:
 if (own := context.config.attributes.get("connection")) is not None:
     run(own)
 else:
-    with upgrading(absolute_path(context.get_x_argument(as_dictionary=True).get("db"))) as opened:
+    path = absolute_path(context.get_x_argument(as_dictionary=True).get("db"))
+    check_file(path)  # never another program's database
+    with upgrading(path) as opened:
         run(opened)

@@ -25,7 +25,7 @@ from orbitdb.store.lookup import (
     default_a,
     find_word,
 )
-from orbitdb.store.paths import default_path, home_expanded, network_disk
+from orbitdb.store.paths import FileId, default_path, home_expanded, network_disk
 from orbitdb.store.periods import check_periods, chosen_periods
 from orbitdb.store.selection import (
     Criteria,
@@ -1046,19 +1046,21 @@ class Catalogue:
         from orbitdb.filling.simulate import simulate
 
         at, wanted = Stadium(self._at(a)), check_int("bounces", bounces)
-        if store:
-            self.check_writable()
+        file = self.check_writable() if store else None
         with telling(progress, "trajectories") as tell:
             averages = simulate(at, wanted, _seed(seed), legwise, tell)
         if store:
-            self.keep(averages)
+            self.keep(averages, file)
         return averages
 
-    def keep(self, averages: "Reference") -> None:
-        """Store averages over trajectories that were computed elsewhere, such as by `orbitdb.simulate`."""
+    def keep(self, averages: "Reference", file: FileId | None = None) -> None:
+        """Store averages over trajectories that were computed elsewhere, such as by `orbitdb.simulate`.
+
+        If `file` is given, which is what `check_writable` returned before the work, only that file gets them.
+        """
         from orbitdb.filling.simulate import keep_simulated
 
-        keep_simulated(self.path, averages)
+        keep_simulated(self.path, averages, file)
 
     def prove_bounds(
         self,
@@ -1127,11 +1129,11 @@ class Catalogue:
         path = self.path if store else None
         return find_bounds(path, values, edges, width, seconds, proofs, jobs, progress)
 
-    def check_writable(self) -> None:
-        """Raise `StoreError` if nothing can be stored in the file, before long work."""
+    def check_writable(self) -> FileId:
+        """Raise `StoreError` if nothing can be stored, before long work; return which file it would be."""
         from orbitdb.store.writing import check_writable
 
-        check_writable(self.path)
+        return check_writable(self.path)
 
     @with_criteria
     def verify(
@@ -1192,7 +1194,9 @@ class Catalogue:
 
     # deleting
 
-    def delete(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
+    def delete(
+        self, a: float, p: int | str | Iterable[int] | None = None, *, only: "Contents | None" = None
+    ) -> "Contents":
         """Delete what is stored at a given ``a``, and return what that was.
 
         Parameters
@@ -1202,6 +1206,13 @@ class Catalogue:
         p : int, str or iterable of int, optional
             Periods whose orbits, fills and sweeps are deleted. By default everything at this ``a`` is
             deleted, levels, bounds on the entropy and averages over trajectories, too.
+        only : Contents, optional
+            What must still be stored, as `contents` returned it before you decided.
+
+        Raises
+        ------
+        StoreError
+            If something else is stored; then nothing is deleted.
 
         Examples
         --------
@@ -1213,9 +1224,7 @@ class Catalogue:
         from orbitdb.store.deleting import delete
 
         at = Stadium(a).a  # no default: None would otherwise delete what is stored at 1.6
-        contents = self.contents(at, p)
-        delete(self.path, at, Selection.from_criteria(p=p).periods)
-        return contents
+        return delete(self.path, at, Selection.from_criteria(p=p).periods, only)
 
     # quantum levels
 
@@ -1507,7 +1516,7 @@ class Catalogue:
             named = criteria.copy()
             named["a"] = None
             one = Selection.from_criteria(**named)
-            chosen = tuple(replace(one, a=Stadium(a).a) for a in values)
+            chosen = tuple(replace(one, a=a) for a in dict.fromkeys(Stadium(a).a for a in values))
         elif not isinstance(selection, Sequence):
             return (self._chosen(selection, criteria),)
         else:

@@ -17,6 +17,10 @@ class InputError(ValueError):
     """A value is invalid; the message says why, and what form it should have."""
 
 
+class NotStoredError(InputError):
+    """The catalogue lacks what a question needs; the message names the command that makes it."""
+
+
 def check_int(name: str, value: Any, least: float = 1) -> int:
     """Return a whole number, such as 3, 1e7 or one of NumPy, as an int.
 

@@ -107,6 +107,17 @@ def form_of(path: Path, form: str | None = None, forms: Sequence[str] = FORMATS)
     return chosen
 
 
+def check_rows(path: Path, form: str | None, replace: bool) -> str:
+    """Return the format of a file of rows; raise `ExportError` if the file, or its provenance, is there.
+
+    See `form_of` and `check_target` for the errors.
+    """
+    kind = form_of(path, form)
+    for target in (path, metadata_path(path)) if kind in TEXT_WRITERS else (path,):
+        check_target(target, replace)
+    return kind
+
+
 def write_file(path: Path, form: str, columns: Sequence[str], rows: Iterable[Any], metadata: Metadata) -> int:
     """Write rows to a file that appears only when it is complete (`complete`); return their number.
 

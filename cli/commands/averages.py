@@ -165,13 +165,12 @@ def simulate(
     if store:
         bring(db)
     catalogue = Catalogue(db, a, missing_ok=True)
-    if store:
-        catalogue.check_writable()
+    file = catalogue.check_writable() if store else None
     with progress("trajectories") as shown:
         means = catalogue.simulate(wanted, seed=seed, legwise=legwise, store=False, progress=shown)
     try:
         if store:
-            catalogue.keep(means)
+            catalogue.keep(means, file)
     finally:
         if output.table:
             write_facts(_facts(means))

@@ -102,8 +102,7 @@ def export(
             raise InputError("name a file, such as orbits.parquet, or give --format csv, tsv, json or jsonl")
         file, kind = None, form
     else:
-        kind = files.form_of(file, form)
-        files.check_target(file, force)
+        kind = files.check_rows(file, form, force)
     if bounces:
         options.refuse_idle(context, "with --bounces", "coordinates")
     names = asked_columns(columns, ("code",) if bounces else WRITTEN, a)
@@ -156,7 +155,7 @@ def _write_dataset(
     folder: Path | None, a: Sequence[GivenValues] | None, choice: SelectionOptions, force: bool, db: Path
 ) -> None:
     """Write a folder with the chosen words of whole periods, at the given a or at every stored a."""
-    if folder is None:
+    if folder is None or str(folder) == "-":
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
     with snapshot(db, a or [GivenValues()], choice) as (catalogue, stadiums), progress("dataset") as shown:
         dataset = catalogue.write_dataset(folder, stadiums, force=force, progress=shown)

@@ -68,8 +68,7 @@ def delete(
         if not typer.confirm(f"Delete {contents} {where}?", err=True):
             note("nothing was deleted")
             raise typer.Exit(1)
-    catalogue.delete(a, p)
-    note(f"deleted {contents} {where}")
+    note(f"deleted {catalogue.delete(a, p, only=None if yes else contents)} {where}")
 
 
 def migrate(db: options.Database) -> None:

@@ -281,7 +281,7 @@ def _check(folder: Path, force: bool, need: int) -> None:
     """Raise if the folder exists, unless it is a dataset to replace, or if the disk has too little space."""
     if not folder.resolve().parent.is_dir():
         raise StoreError(f"there is no folder {folder.resolve().parent}: make it first")
-    if folder.exists():
+    if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         if not force:
             raise ExportError(f"{folder} already exists: --force replaces a dataset")
         if others := _other_files(folder, [resource["path"] for resource in read_package(folder)]):

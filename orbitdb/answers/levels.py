@@ -12,7 +12,7 @@ from orbitdb.answers.completeness import highest_filled
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, as_floats, check_int
+from orbitdb.errors import InputError, NotStoredError, as_floats, check_int
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
@@ -79,11 +79,11 @@ def levels_from_zero(
         command = f"'orbitdb levels --k 0:{asked:g} --a {format_float(a)}'"
         if any(ends.values()) and not last:
             some = ", ".join(one for one, end in ends.items() if end)
-            raise InputError(
+            raise NotStoredError(
                 f"only {some} levels are stored at a = {format_float(a)}: choose one parity, or find "
                 f"the others with {command}"
             )
-        raise InputError(f"{stored} at a = {format_float(a)}: {command} finds them")
+        raise NotStoredError(f"{stored} at a = {format_float(a)}: {command} finds them")
     return Levels.joined(a, 0.0, high, windows_of)
 
 
@@ -156,7 +156,7 @@ def classes_for_levels(connection: Connection, a: float) -> tuple[OrbitClasses, 
         )
     classes, highest = read_orbits(connection, Selection(a))
     if highest < _LEAST:
-        raise InputError(
+        raise NotStoredError(
             f"periods are complete only up to {highest} at a = {format_float(a)}, but levels need {_LEAST} "
             f"or more: 'orbitdb fill --p {_ENOUGH} --a {format_float(a)}' finds their orbits"
         )
@@ -171,7 +171,7 @@ def read_orbits(connection: Connection, chosen: Selection) -> tuple[OrbitClasses
     statuses = (Status.ORBIT, Status.BOUNDARY)
     classes = read_classes(connection, replace(chosen, statuses=statuses), ("symmetry", "representative"))
     if not len(classes):
-        raise InputError(
+        raise NotStoredError(
             f"no orbits at a = {format_float(chosen.a)}: 'orbitdb fill --p 11 --a {format_float(chosen.a)}' "
             "finds some"
         )

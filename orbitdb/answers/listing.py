@@ -21,7 +21,7 @@ from orbitdb.answers.completeness import (
 from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
 from orbitdb.display import MOST_SHOWN, data_frame, text_table
-from orbitdb.output_files import check_target, form_of, write_file
+from orbitdb.output_files import check_rows, write_file
 from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.fills import read_fills
 from orbitdb.store.query import parse_order, select_words
@@ -191,8 +191,7 @@ class Listing:
             Whether to replace an existing file.
         """
         file = Path(path)
-        kind = form_of(file, form)
-        check_target(file, force)
+        kind = check_rows(file, form, force)
         with self._snapshot():
             return write_file(file, kind, self.columns, self, self.provenance())
 

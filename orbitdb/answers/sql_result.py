@@ -61,7 +61,8 @@ class SqlResult:
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the rows as a data frame (extra ``pandas``)."""
         with self._snapshot():
-            return data_frame(list(self), self.columns)
+            names = self.columns  # first, which begins the statement
+            return data_frame(list(self), names)
 
     def __repr__(self) -> str:
         title, columns = self._shown()

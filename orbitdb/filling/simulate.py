@@ -6,6 +6,7 @@ from pathlib import Path
 from orbitdb.averages.simulation import simulate as averages_of
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.progress import Tell, nobody
+from orbitdb.store.paths import FileId, check_same_file
 from orbitdb.store.writing import Writer, add_reference
 from orbitdb.text import with_error
 from orbitdb.trajectories.ensemble import Reference
@@ -20,8 +21,10 @@ def simulate(stadium: Stadium, bounces: int, seed: int, legwise: bool, tell: Tel
     return averages_of(stadium, bounces, seed, progress=show, legwise=legwise)
 
 
-def keep_simulated(path: Path, averages: Reference) -> None:
-    """Store averages over random trajectories."""
+def keep_simulated(path: Path, averages: Reference, file: FileId | None = None) -> None:
+    """Store averages over random trajectories, if `file` is given only in this one."""
     parameters = {"command": "simulate", "a": averages.a, "bounces": averages.bounces, "seed": averages.seed}
+    if file is not None:
+        check_same_file(path, file, "was computing, so the averages were not stored")
     with closing(Writer(path, parameters)) as writer:
         add_reference(writer, averages)

@@ -4,6 +4,7 @@ import logging
 import os
 import sqlite3
 import time
+import weakref
 from collections.abc import Callable
 from functools import cache, lru_cache
 from pathlib import Path
@@ -68,6 +69,9 @@ class Driver(sqlite3.Connection):
         What the file was like when it was opened.
     used : bool
         Whether it has answered a question.
+    statements : WeakSet of sqlite3.Cursor
+        The cursors of statements that users wrote. A read transaction would last as long as one that has not
+        been read to its end.
     cancelled : callable
         Called now and then during long queries; if it returns True, `CancelledError` is raised.
     """
@@ -77,7 +81,12 @@ class Driver(sqlite3.Connection):
     alone = False
     opened: object = None
     used = False
+    statements: weakref.WeakSet[sqlite3.Cursor]
     cancelled: Callable[[], bool] = staticmethod(never)
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.statements = weakref.WeakSet()
 
     def add_functions(self, strict: bool = False) -> None:
         """Add the SQL functions `FUNCTIONS` of words.

@@ -10,17 +10,22 @@ from sqlalchemy.pool import StaticPool
 
 from orbitdb.errors import StoreError
 from orbitdb.store import tables as t
+from orbitdb.store.contents import Contents, contents
 from orbitdb.store.engines import make_engine, open_to_write, plain_errors
 from orbitdb.store.fills import in_spans
-from orbitdb.store.journal import checkpoint
+from orbitdb.store.journal import checkpoint, journal_ids, remove_journal_of
+from orbitdb.store.paths import file_id
 from orbitdb.store.writing import Writer
 
 
-def delete(path: Path, a: float, spans: Sequence[tuple[int, int]] = ()) -> None:
-    """Delete what is stored at a given a, and return its space to the disk.
+def delete(
+    path: Path, a: float, spans: Sequence[tuple[int, int]] = (), only: Contents | None = None
+) -> Contents:
+    """Delete what is stored at a given a, return its space to the disk, and return what it was.
 
     With `spans`, ranges of periods, only orbits, fills and sweeps of these periods are deleted. Classes stay
-    as long as an orbit at another a, or births, need them.
+    as long as an orbit at another a, or births, need them. Raises `StoreError`, without deleting anything,
+    unless `only` is None or what is stored.
     """
     classes = select(t.cycle.c.id).where(in_spans(t.cycle.c.p, spans))
     own: dict[Table, sa.ColumnElement[bool]] = {
@@ -33,6 +38,9 @@ def delete(path: Path, a: float, spans: Sequence[tuple[int, int]] = ()) -> None:
         closing(Writer(path, {"command": "delete"}, references=False)) as writer,
         writer.writing() as connection,
     ):
+        stored = contents(connection, a, spans)
+        if only is not None and stored != only:
+            raise StoreError(f"{path} now has {stored} there, so nothing was deleted: look again")
         if not spans:
             own[t.trajectory] = sa.true()
             for table in (t.entropy_bound, t.level_fill, t.level):
@@ -43,13 +51,17 @@ def delete(path: Path, a: float, spans: Sequence[tuple[int, int]] = ()) -> None:
             connection.execute(statement)
     with suppress(StoreError):  # unless the disk is full or another process writes
         vacuum(path)
+    return stored
 
 
 def vacuum(path: Path) -> None:
     """Return the space of deleted rows to the disk."""
+    opened = file_id(path)
     with plain_errors(path), closing(open_to_write(path)) as driver, closing(open_to_write(path)) as other:
         driver.execute("VACUUM")
+        journal = journal_ids(path)
         checkpoint(make_engine(lambda: driver, "BEGIN IMMEDIATE", StaticPool), other)
+    remove_journal_of(path, opened, journal)
 
 
 def _unused() -> Iterator[sa.Delete]:

@@ -23,8 +23,22 @@ from orbitdb.store.engines import (
     plain_errors,
     read_alone,
 )
-from orbitdb.store.journal import journal_ids, journal_size, refuse_foreign_journal, remove_journal_of
-from orbitdb.store.paths import FileId, absolute_path, data_folder, default_path, file_id, home_expanded
+from orbitdb.store.journal import (
+    count_transaction,
+    journal_ids,
+    journal_size,
+    refuse_foreign_journal,
+    remove_journal_of,
+)
+from orbitdb.store.paths import (
+    FileId,
+    absolute_path,
+    check_same_file,
+    data_folder,
+    default_path,
+    file_id,
+    home_expanded,
+)
 from orbitdb.store.views import create_views
 from orbitdb.symbols.symmetry import ELEMENT_ROWS
 from orbitdb.text import quoted
@@ -193,6 +207,8 @@ class Store:
             try:
                 yield connection
             finally:
+                for cursor in [*driver.statements]:
+                    cursor.close()
                 if driver.alone and before != file_id(self.path):
                     raise StoreError(f"{self.path} was written while it was being read: try again")
 
@@ -353,12 +369,15 @@ def migrate(path: Path) -> Migration:
 def upgrading(path: Path) -> Iterator[sa.Connection]:
     """Yield a connection that may create a file and change its tables, in a single transaction."""
     driver = open_to_write(path, references=False, create=True)
-    engine = make_engine(lambda: driver, "BEGIN IMMEDIATE", StaticPool)
+    engine, opened, journal = make_engine(lambda: driver, "BEGIN IMMEDIATE", StaticPool), file_id(path), {}
     try:
         with engine.begin() as connection:
+            journal = journal_ids(path)
             yield connection
     finally:
         engine.dispose()
+        remove_journal_of(path, opened, journal)
+    check_same_file(path, opened, "was changing its schema: run it again")
 
 
 def _create(connection: sa.Connection) -> None:
@@ -389,3 +408,4 @@ def upgrade(connection: sa.Connection) -> None:
     with resources.as_file(MIGRATIONS) as folder:  # a copy, if Python imports this package from an archive
         config.set_main_option("script_location", str(folder))
         command.upgrade(config, "head")
+    count_transaction(connection)

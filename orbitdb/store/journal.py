@@ -2,8 +2,8 @@
 
 SQLite keeps the latest changes in a journal, ``orbits.db-wal``, until it moves them into the file. It finds
 the journal by name alone. If a killed process leaves a journal behind, and another file is then copied over
-the catalogue, SQLite would apply the journal to that file. To notice this, every transaction of
-`orbitdb.store.writing.Writer` increases a counter in the row of its run. A journal belongs to a file if it
+the catalogue, SQLite would apply the journal to that file. To notice this, every transaction that writes
+increases a counter in the row of its run. A journal belongs to a file if it
 contains the file's last run, with at least the same number of commits, and every commit since then.
 """
 
@@ -16,6 +16,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
+from orbitdb.store import tables as t
 from orbitdb.store.connection import DATABASE_ERRORS, Driver, open_sqlite, uri_of
 from orbitdb.store.paths import FileId, file_id
 
@@ -72,6 +73,12 @@ def refuse_foreign_journal(path: Path) -> None:
         )
 
 
+def count_transaction(connection: sa.Connection, run: int | None = None) -> None:
+    """Count a transaction in the row of a run, by default of the last one."""
+    own = run or sa.select(sa.func.max(t.run.c.id)).scalar_subquery()
+    connection.execute(sa.update(t.run).where(t.run.c.id == own).values(commits=t.run.c.commits + 1))
+
+
 def journal_size(path: Path) -> int:
     """Return the size in bytes of a file's journal; 0 if it has none."""
     journal = file_id(journal_files(path)[0])
@@ -115,12 +122,19 @@ def _row_of(uri: str, query: str, values: tuple[Any, ...] = ()) -> Any:
 
 
 def _transactions_in(journal: Path) -> int:
-    """Return the number of transactions in a journal, whose format is https://sqlite.org/fileformat2.html#walformat."""
-    count = 0
+    """Return the number of transactions in a journal, without VACUUM, which no run counts.
+
+    The format is https://sqlite.org/fileformat2.html#walformat. Only VACUUM, and the creation of a file,
+    write every page.
+    """
+    count, pages = 0, set[bytes]()
     with open(journal, "rb") as file:
         header = file.read(32)
-        page, salt = int.from_bytes(header[8:12], "big"), header[16:24]
+        size, salt = int.from_bytes(header[8:12], "big"), header[16:24]
         while (frame := file.read(24))[8:16] == salt and salt:
-            count += any(frame[4:8])  # the last page of a transaction has the size of the file there
-            file.seek(page, os.SEEK_CUR)
+            pages.add(frame[:4])
+            if of_file := int.from_bytes(frame[4:8], "big"):  # only the last page of a transaction has it
+                count += len(pages) < of_file - 1  # without the one that SQLite leaves out after 1 GB
+                pages.clear()
+            file.seek(size, os.SEEK_CUR)
     return count

@@ -286,6 +286,8 @@ def _pair(name: str, bounds: object) -> Bounds:
 
 def plain_values(parameters: Mapping[str, object]) -> dict[str, str | int | float]:
     """Return values of names in SQL as texts and numbers that SQLite stores as such."""
+    if odd := [name for name in parameters if not str(name).isidentifier()]:
+        raise SelectionError(f"parameters: {odd[0]!r:.40} is not a name such as :cut")
     return {name: plain_value(name, value) for name, value in parameters.items()}
 
 
@@ -302,7 +304,15 @@ def plain_value(name: str, value: object) -> str | int | float:
 
 
 def _plain_number(value: Real) -> int | float:
-    return int(value) if isinstance(value, Integral) else float(value)
+    try:
+        whole = int(value) if isinstance(value, Integral) else None
+        return float(value) if whole is None or abs(whole) >= _LARGEST else whole
+    except OverflowError:
+        raise SelectionError("a number is too large") from None
+
+
+_LARGEST = 2**63
+"""SQLite's whole numbers are less than this; larger ones become real numbers."""
 
 
 _PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
@@ -389,7 +399,10 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
 def _each(values: Any, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
     """Read one value or several, and drop duplicates."""
     alone = isinstance(values, str) or not isinstance(values, Iterable)
-    return tuple(dict.fromkeys(map(read, (values,) if alone else values)))
+    found = tuple(dict.fromkeys(map(read, (values,) if alone else values)))
+    if len(found) > _MOST_RANGES:
+        raise SelectionError(f"{len(found)} values, more than {_MOST_RANGES}: give fewer")
+    return found
 
 
 def _half_length(a: float) -> float:

@@ -57,8 +57,9 @@ _ALLOWED = {
 _OF_CLASSES = CLASS_COLUMNS.keys() - {"cycle"}  # an index on ids would change the order of the rows
 _OF_CODES = {"code", "representative", "word", "words"}
 """The columns of views and tables that hold codes."""
-_STOPPED = ("interrupted", "not authorized", "prohibited", "user-defined function")
-"""Parts of the messages of SQLite if a function of Python fails or refuses to go on."""
+_STOPPED = (sqlite3.SQLITE_INTERRUPT, sqlite3.SQLITE_AUTH)
+_FAILED = "user-defined function raised exception"
+"""Codes and the message of SQLite's errors if a function of Python fails or refuses to go on."""
 
 
 class CancelledError(Exception):
@@ -106,7 +107,8 @@ def watched(
         if patience.reason == _CANCELLED:
             raise CancelledError from error
         reason = patience.reason or driver.refusal
-        if not reason and any(part in str(error) for part in _STOPPED):
+        code = getattr(error, "sqlite_errorcode", None)
+        if not reason and (code in _STOPPED or str(error) == _FAILED):
             raise KeyboardInterrupt from error
         if sql is None or isinstance(error, SelectionError):
             raise
@@ -219,6 +221,7 @@ def _stage() -> Driver:
         stage.execute(f"CREATE TABLE catalogue ({', '.join(_COLUMNS)}, PRIMARY KEY (a)) WITHOUT ROWID")
         stage.execute("INSERT INTO catalogue (a) VALUES (0)")  # or constants would not be evaluated
         stage.add_functions(strict=True)
+        stage.execute("SELECT 1 FROM json_each('[]'), json_tree('[]')")  # at first use, SQLite registers them
         _kept.stage = stage
     return stage
 
@@ -256,11 +259,13 @@ def run_statement(
     Raises `SelectionError` if the statement is not a single SELECT, gives two columns the same name, or takes
     too long.
     """
-    patience, driver, asked, stage = Patience(), driver_of(connection), _Asked(parameters), _stage()
+    driver, asked, stage = driver_of(connection), _Asked(parameters), _stage()
+    patience = Patience(cancelled=driver.cancelled)
     with watched(stage, patience, statement, "sql"):
         _run(stage, statement, asked, patience)  # refuses code() of a text that is not a word
     with watched(driver, patience, statement, "sql"):
         cursor = driver.execute(statement, asked)
+        driver.statements.add(cursor)
         if cursor.description is None:
             raise ValueError("write a single SELECT")
         _check_names(asked)
@@ -269,13 +274,14 @@ def run_statement(
         raise SelectionError(
             _refusal(statement, f"column {twice[0]!r} occurs twice: rename one of them with AS", "sql")
         )
-    return names, _fetched(driver, statement, cursor, patience)
+    return names, _fetched(connection, statement, cursor, patience)
 
 
 def _fetched(
-    driver: Driver, statement: str, cursor: sqlite3.Cursor, patience: Patience
+    connection: Connection, statement: str, cursor: sqlite3.Cursor, patience: Patience
 ) -> Iterator[tuple[Any, ...]]:
     while True:
+        driver = driver_of(connection)  # raises `ClosedError` after the snapshot
         with watched(driver, patience, statement, "sql"):
             block = cursor.fetchmany(_BLOCK)
         if not block:
@@ -359,7 +365,11 @@ def parse_parameters(texts: Iterable[str], sql: str) -> dict[str, Value]:
         If a text is not of the form ``name=value``, or digits such as 13 could be a word or a number in SQL
         that reads codes.
     """
-    return dict(_parameter(text, sql) for text in texts)
+    found = [_parameter(text, sql) for text in texts]
+    names = [name for name, _ in found]
+    if twice := [name for place, name in enumerate(names) if name in names[:place]]:
+        raise SelectionError(f"-P {twice[0]} is given twice: give it once")
+    return dict(found)
 
 
 def _parameter(text: str, sql: str) -> tuple[str, Value]:

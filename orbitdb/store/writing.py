@@ -28,7 +28,13 @@ from orbitdb.store import tables as t
 from orbitdb.store.connection import Driver
 from orbitdb.store.engines import make_engine, open_to_write, plain_errors
 from orbitdb.store.file import Store, need_newest
-from orbitdb.store.journal import JOURNAL_LIMIT, checkpoint, journal_ids, remove_journal_of
+from orbitdb.store.journal import (
+    JOURNAL_LIMIT,
+    checkpoint,
+    count_transaction,
+    journal_ids,
+    remove_journal_of,
+)
 from orbitdb.store.paths import FileId, absolute_path, check_same_file, file_id
 from orbitdb.store.tables import BORN, DIED, DONE
 from orbitdb.symbols import symmetry
@@ -53,7 +59,7 @@ class Writer:
         self.path = absolute_path(path)
         self._parameters = parameters
         self._run_ids: dict[str, int] = {}
-        self._file = file_id(self.path)
+        self.file = file_id(self.path)
         self._journal: dict[Path, FileId | None] = {}
         self._references = references
         self._interrupted = False
@@ -94,9 +100,7 @@ class Writer:
 
     def _count(self, connection: Connection) -> None:
         """Count a transaction in the row of this run, or in that of the last run until this one is stored."""
-        own = next(iter(self._run_ids.values()), None) or select(sa.func.max(t.run.c.id)).scalar_subquery()
-        counted = sa.update(t.run).where(t.run.c.id == own).values(commits=t.run.c.commits + 1)
-        connection.execute(counted)
+        count_transaction(connection, next(iter(self._run_ids.values()), None))
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
@@ -129,14 +133,14 @@ class Writer:
         self._engine.dispose()
         for driver in self._drivers:
             driver.close()
-        remove_journal_of(self.path, self._file, self._journal, moved)
+        remove_journal_of(self.path, self.file, self._journal, moved)
         self._check_file()
 
     def _check_file(self) -> None:
         """Raise `StoreError` if the file was replaced, moved or deleted since it was opened."""
         check_same_file(
             self.path,
-            self._file,
+            self.file,
             "was writing to it: what it stored is in the old file; run the same command again to write to "
             "the file that you mean",
         )
@@ -162,10 +166,15 @@ class Writer:
         return insert_row(connection, t.stadium, {"a": a})
 
 
-def check_writable(path: Path) -> None:
-    """Raise `StoreError` if a catalogue cannot be written, before work whose result it should keep."""
+def check_writable(path: Path) -> FileId:
+    """Raise `StoreError` if a catalogue cannot be written, before work whose result it should keep.
+
+    Return which file it is.
+    """
     with closing(Writer(path, {})) as writer:
         writer.try_to_write()
+        assert writer.file is not None
+        return writer.file
 
 
 def insert_row(connection: Connection, table: Table, values: Mapping[str, Any]) -> int:

@@ -85,9 +85,29 @@ def test_rows_of_a_snapshot_are_read_within_it(catalogue):
     assert catalogue.count(p=3) == 8
 
 
-def test_a_cancelled_snapshot_ends_the_question(catalogue):
+def test_a_statement_that_is_not_read_to_its_end_holds_no_snapshot(catalogue):
+    statement = catalogue.sql("SELECT p FROM catalogue ORDER BY p")
+    assert statement.columns == ("p",)
+    assert [fill.p for fill in catalogue.fill(2, a=3.5)] == [2]
+    assert catalogue.a_values() == [1.6, 3.5]
+    with catalogue.snapshot():
+        rows = iter(statement)
+        assert next(rows) == (2,)
+    Catalogue(catalogue.path).fill(2, a=4.5)
+    assert catalogue.a_values() == [1.6, 3.5, 4.5]
+    with pytest.raises(InputError, match="the snapshot of these rows has ended"):
+        list(rows)
+
+
+NUMBERS = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n LIMIT 100000) SELECT max(i) FROM n"
+
+
+@pytest.mark.parametrize(
+    "ask", [lambda catalogue: catalogue.rows(order="length desc"), lambda catalogue: catalogue.sql(NUMBERS)]
+)
+def test_a_cancelled_snapshot_ends_the_question(catalogue, ask):
     with pytest.raises(CancelledError), catalogue.snapshot(cancelled=lambda: True):
-        [*catalogue.rows(order="length desc")]
+        [*ask(catalogue)]
     assert catalogue.count(p=2) == 1
 
 

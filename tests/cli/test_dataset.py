@@ -217,11 +217,13 @@ def test_a_folder_that_is_not_a_dataset_is_refused(known, cli, tmp_path):
 
 def test_a_failed_export_leaves_no_files(known, cli, tmp_path, monkeypatch):
     (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "notes.txt").write_text("mine")
     asked = "export", "--dataset", "--db", known
     assert cli(*asked, str(tmp_path / "there")).says(2, "already exists")
     assert cli(*asked, str(tmp_path / "there"), "--force").says(2, "is not a dataset")
     assert cli(*asked, str(tmp_path / "no" / "x")).says(3, "there is no folder")
     assert cli(*asked).says(2, "name the folder")
+    assert cli(*asked, "-").says(2, "name the folder")
     assert cli(*asked, str(tmp_path / "x"), "--limit", "3").says(2, "--limit")
     assert cli(*asked, str(tmp_path / "x"), "--a", "3").says(1, "nothing is filled at a = 3")
 

@@ -112,6 +112,16 @@ def test_an_existing_file_is_kept_without_force(varied, tmp_path, cli, command, 
     assert target.read_text().startswith(begins)
 
 
+def test_the_provenance_of_another_file_is_kept_without_force(varied, tmp_path, cli):
+    target, beside = tmp_path / "x.csv", tmp_path / "x.csv-metadata.json"
+    beside.write_text("another's")
+    asked = ("export", "--p", "3", str(target), "--db", str(varied))
+    assert cli(*asked).says(2, "x.csv-metadata.json already exists", "--force")
+    assert (target.exists(), beside.read_text()) == (False, "another's")
+    assert cli(*asked, "--force").code == 0
+    assert json.loads(beside.read_text())["selection"]
+
+
 @pytest.mark.parametrize(
     "asked",
     ["--p 2-6 --order -length", "--contains 013 --order code", "--status geometric,boundary,orbit --p 3-4"],

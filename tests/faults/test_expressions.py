@@ -95,6 +95,7 @@ ALLOWED = {
     "'a:b' = 'a:b' AND code <> 'x -- y' AND \"p\" > 2 /* not the shortest */": 300,
     "printf('%.1f', length) LIKE '1%' AND json_array_length('[1, 2]') = 2": 100,
     "replace(code, NULL, '2') IS NULL": 300,
+    "EXISTS (SELECT 1 FROM json_each('[3, 4]') WHERE value = p)": 10,
 }  # fmt: skip
 
 
@@ -150,6 +151,12 @@ print(len(raised) + len(lost), all(each.exc_type is KeyboardInterrupt for each i
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+@pytest.mark.parametrize("name", ["interrupted", "prohibited"])
+def test_a_refusal_is_never_ctrl_c(own, name):
+    with pytest.raises(SelectionError, match=f"no such column: {name}"):
+        Catalogue(own).count(where=f"{name} = 1")
+
+
 def test_ctrl_c_is_never_a_refusal(own):
     """It may arrive in any function of Python that SQLite calls, which hides every exception."""
     done = subprocess.run(

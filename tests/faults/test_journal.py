@@ -14,7 +14,9 @@ from quick import slow_but
 from orbitdb import Catalogue, StoreError
 from orbitdb.filling.fill import fill_periods
 from orbitdb.store.deleting import delete
-from orbitdb.store.file import reading
+from orbitdb.store.engines import open_to_write
+from orbitdb.store.file import reading, upgrading
+from orbitdb.store.journal import journal_files
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import PAGE_SIZE
 from orbitdb.store.writing import Writer
@@ -207,6 +209,7 @@ def test_the_journal_of_a_killed_process_is_recovered(filled, tmp_path, cli):
         "a later copy",
         "a copy from the same run",
         "a copy before a deletion",
+        "a copy before VACUUM",
     ],
 )
 def test_the_journal_of_another_file_is_refused(filled, tmp_path, cli, which):
@@ -224,6 +227,12 @@ def test_the_journal_of_another_file_is_refused(filled, tmp_path, cli, which):
         path, journal = copied(filled, tmp_path / "early")
         list(writing)
         shutil.copy(filled, other)
+    elif which == "a copy before VACUUM":
+        list(write(filled, run=False))
+        (tmp_path / "killed").mkdir()
+        with closing(open_to_write(filled)) as driver:
+            driver.execute("VACUUM")
+            path, journal = copied(filled, tmp_path / "killed")
     else:
         if which == "a later copy":
             list(write(other, 2, a=7.0))
@@ -311,6 +320,18 @@ def test_verify_fails_if_its_file_is_replaced_or_deleted(filled, replaced, rigor
         verified(filled, [Selection(1.6)], rigorous=rigorous, jobs=1, tell=lose)
     assert [each.name for each in filled.parent.iterdir()] == [filled.name] * replaced
     assert not replaced or filled.read_bytes() == content
+
+
+def test_an_upgrade_of_a_replaced_file_is_an_error_and_leaves_no_journal(filled, tmp_path):
+    other = Path(shutil.copy(filled, tmp_path / "other.db"))
+    content = other.read_bytes()
+    change = upgrading(filled)
+    change.__enter__().exec_driver_sql("CREATE TABLE further (x)")
+    other.replace(filled)
+    with pytest.raises(StoreError, match="replaced by another file"):
+        change.__exit__(None, None, None)
+    assert not journal_files(filled)[0].exists()
+    assert filled.read_bytes() == content
 
 
 @pytest.mark.slow

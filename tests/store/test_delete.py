@@ -11,7 +11,7 @@ import pytest
 from contents import alter, ask, content, made, whole
 from made_levels import keep_made_levels
 
-from orbitdb import Catalogue
+from orbitdb import Catalogue, StoreError
 from orbitdb.filling.fill import fill_births
 from orbitdb.filling.sweeps import sweep_periods
 
@@ -113,6 +113,19 @@ def test_on_a_terminal_the_command_asks(awkward, cli, monkeypatch, reply, code, 
     assert "[y/N]" in done.err
     assert len(Catalogue(awkward).fills(a=1.6)) == left
     assert (whole(awkward) == before) == bool(left)
+
+
+def test_what_changed_since_the_question_is_not_deleted(awkward):
+    catalogue = Catalogue(awkward)
+    known = catalogue.contents(1.6, "2-4")
+    catalogue.delete(1.6, 4)
+    before = whole(awkward)
+    with pytest.raises(StoreError, match="nothing was deleted"):
+        catalogue.delete(1.6, "2-4", only=known)
+    assert whole(awkward) == before
+    left = catalogue.contents(1.6, "2-4")
+    assert catalogue.delete(1.6, "2-4", only=left) == left
+    assert not catalogue.contents(1.6, "2-4")
 
 
 # every table afterwards

@@ -59,9 +59,21 @@ def schema(path: Path) -> dict[str, list[str]]:
     return {name: sorted(line.strip(" ,\t") for line in sql.split("\n")) for name, sql in stored}
 
 
-def rows(path: Path) -> dict[str, list[tuple[object, ...]]]:
-    """Return the rows of every table, by name."""
-    return {name: ask(path, f"SELECT * FROM {name}") for name in tables.TABLES}
+def columns(path: Path) -> dict[str, str]:
+    """Return the columns of every table, without the number of transactions, which an upgrade increases."""
+    named = ask(
+        path,
+        "SELECT m.name, group_concat(c.name) FROM sqlite_master AS m, pragma_table_info(m.name) AS c "
+        "WHERE m.type = 'table' AND m.name NOT IN ('sqlite_sequence', 'alembic_version') "
+        "AND c.name != 'commits' GROUP BY m.name",
+    )
+    return dict(named)
+
+
+def rows(path: Path, of: dict[str, str] | None = None) -> dict[str, list[tuple[object, ...]]]:
+    """Return the rows of every table, or those columns that are given."""
+    wanted = of or columns(path)
+    return {table: ask(path, f"SELECT {names} FROM {table}") for table, names in wanted.items()}
 
 
 def alembic(path: Path, *command: str) -> subprocess.CompletedProcess[str]:
@@ -87,7 +99,7 @@ def test_a_new_file_has_the_schema_to_which_the_revisions_lead(tmp_path):
 
 @pytest.mark.slow
 def test_a_file_of_schema_9_is_read_as_it_is_and_upgraded_without_loss(old, cli):
-    before, content_before = rows(old), old.read_bytes()
+    known, before, content_before = columns(old), rows(old), old.read_bytes()
     assert ask(old, "PRAGMA user_version") == [(9,)]
     answers = [
         cli(*command, "--db", str(old)).out for command in (["table"], ["query", "--p", "2-5", "--json"])
@@ -96,7 +108,7 @@ def test_a_file_of_schema_9_is_read_as_it_is_and_upgraded_without_loss(old, cli)
     assert cli("verify", "--db", str(old)).code == 0
     done = cli("migrate", "--db", str(old))
     assert (done.code, done.err) == (0, f"{old}: schema 9 -> {SCHEMA_VERSION}\n")
-    assert rows(old) == before
+    assert rows(old, known) == before
     assert "AUTOINCREMENT" in ask(old, "SELECT sql FROM sqlite_master WHERE name = 'stadium'")[0][0]
     again = [
         cli(*command, "--db", str(old)).out for command in (["table"], ["query", "--p", "2-5", "--json"])
@@ -112,11 +124,9 @@ def test_a_file_of_schema_9_is_upgraded_before_it_is_written(old, cli):
 
 
 def test_a_revision_upgrades_a_filled_file_and_loses_nothing(old, newer):
-    before, tables_before = rows(old), schema(old)
+    known, before, tables_before = columns(old), rows(old), schema(old)
     migrate(old)
-    after = rows(old)
-    assert [row[:-1] for row in after["orbit"]] == before.pop("orbit")
-    assert {name: after[name] for name in before} == before
+    assert rows(old, known) == before
     assert ask(old, "PRAGMA table_info(cycle)")[4][3] == 0
     assert ask(old, "SELECT version_num FROM alembic_version") == [(f"{NEXT:04}",)]
     for name in tables_before.keys() & tables.TABLES.keys():

@@ -11,6 +11,7 @@ from textual.reactive import reactive
 from textual.widgets import Static
 
 from orbitdb.catalogue import Catalogue
+from orbitdb.cli.advice import completed
 from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog
 from orbitdb.cli.tui.panels.jumps import Jumps
 from orbitdb.cli.tui.panels.paged_table import PagedTable
@@ -238,4 +239,4 @@ class RowsPanel(Vertical, Jumps):
 def _with_key(gap: str) -> str:
     """Add the key that does the same as the command of a note, if there is one."""
     fills = "'orbitdb fill --p " in gap and "--geometric" not in gap
-    return f"{gap}, or press f" if fills else in_shell(gap)
+    return f"{completed(gap)}, or press f" if fills else in_shell(gap)
