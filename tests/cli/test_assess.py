@@ -111,8 +111,10 @@ def test_conflicting_options_are_refused(cli, own, exact, tmp_path, options, tol
 
 
 def test_the_wrong_parity_is_named(cli, own, exact, tmp_path):
-    found = cli("assess", written(tmp_path / "k.txt", exact.tolist()), "--parity", "eo", "--db", own)
+    twice = np.repeat(exact, 2).tolist()
+    found = cli("assess", written(tmp_path / "k.txt", twice), "--parity", "eo", "--db", own)
     assert found.code == 1
+    assert "every level stands twice in the list" in found.err
     assert "the list does not fit a = 1.6, eo: misfit" in found.err
     assert "lists that fit have less than 1" in found.err
     assert "they fit the parity oo\n" in found.err
@@ -160,10 +162,11 @@ def test_levels_from_orbits_name_the_periods_they_come_from(cli, own, exact):
 
 
 def test_the_spectrum_of_a_list_says_which_levels_are_missing(cli, own, exact, tmp_path):
-    path = written(tmp_path / "k.txt", np.delete(exact, 9).tolist())
+    path = written(tmp_path / "k.txt", np.delete(exact, [0, 1, 2, 9]).tolist())
     found = cli("spectrum", "--levels", path, "--parity", "oo", "--db", own, "--points", "3")
     assert found.code == 0
-    assert f"1.0 +- 0.1 of {len(exact)} levels with k from 0 to" in found.err
+    assert f"4.0 +- 0.1 of {len(exact)} levels with k from 0 to" in found.err
+    assert "the 3 lowest levels are missing" in found.err
     assert "'orbitdb assess FILE --db " in found.err
 
 
