@@ -65,6 +65,7 @@ def test_sound_sweeps_pass_and_are_counted_once(swept):
         ("n_c = n_c - 2", "n_c is 78 instead of 80"),
         ("classes = classes - 1", "classes is 14 instead of 15"),
         ("boundary = 2", "boundary is 2 instead of 0"),
+        ("unresolved = 1", "unresolved is 1 instead of 0"),
         ("words = words - 2", "94 words instead of 96"),
     ],
 )
