@@ -32,6 +32,7 @@ VIEWS = [
     ),
     View(Selection.from_criteria(a=1.6, status="geometric"), Ordering("code", True)),
     View(Selection.from_criteria(a=1.6, without=["02", "31"], walls=2, quarter_length=(3, 9))),
+    View(Selection.from_criteria(a=1.6, p="2-5", margin=(0, 0.5))),
 ]
 
 
