@@ -12,6 +12,8 @@ import pytest
 from quick import slow_but
 from there import there
 
+from orbitdb import Catalogue
+
 GHZ = 299_792_458.0 / (2 * math.pi * 0.2) / 1e9
 """Frequency of k = 1 in a resonator of radius 0.2 m."""
 
@@ -118,6 +120,15 @@ def test_the_wrong_parity_is_named(cli, own, exact, tmp_path):
     assert "the list does not fit a = 1.6, eo: misfit" in found.err
     assert "lists that fit have less than 1" in found.err
     assert "they fit the parity oo\n" in found.err
+
+
+@pytest.mark.slow
+def test_another_stored_half_length_that_fits_is_named(cli, filled, exact, tmp_path):
+    Catalogue(filled).fill("2-8", a=1.8)
+    path = written(tmp_path / "k.txt", exact.tolist())
+    found = cli("assess", path, "--parity", "oo", "--a", "1.8", "--db", str(filled))
+    assert found.code == 1
+    assert "they fit a = 1.6\n" in found.err
 
 
 def test_levels_out_of_order_are_sorted_with_a_note(cli, own, exact, tmp_path):

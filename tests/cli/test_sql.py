@@ -152,6 +152,9 @@ def test_rows_without_numbers_are_shown(varied, cli):
         "x",
         "y",
     ]
+    sampled = "0.12345678912 lambda_d, 1e-9 lambda_d_error, 0.98765432198 lambda_c, 1e-9 lambda_c_error"
+    cells = cli("sql", f"SELECT {sampled}", "--db", str(varied)).out.split()[-4:]
+    assert cells[::2] == ["0.1234567891", "0.9876543220"]  # as many decimals as their errors allow
 
 
 @pytest.mark.usefixtures("filled")

@@ -244,6 +244,7 @@ async def test_the_shown_picture_can_be_saved_as_a_figure(filled, tmp_path, monk
         await press(pilot, "escape", "d")
         drawn = await saved(pilot, "histogram.svg")
         assert all(text in drawn for text in ("words", "length"))
+        assert "without" not in drawn  # words without a length have no bar
         await press(pilot, "e")
         await write(pilot, "rows.csv")
         assert "rows.csv: end the name in .png, .svg, .pdf" in shown(app)
