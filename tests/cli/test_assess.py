@@ -156,6 +156,12 @@ def test_statistics_are_shown_beside_those_of_random_matrices(cli, own, exact, t
     )
 
 
+def test_statistics_are_those_at_the_given_a(cli, awkward):
+    expected = Catalogue(awkward).level_statistics(parity="ee", a=1)
+    found = json.loads(cli("assess", "--statistics", "--parity", "ee", "--a", "1", "--json").out)
+    assert [tuple(row.values()) for row in found] == [*expected.rows()]
+
+
 def test_levels_from_orbits_name_the_periods_they_come_from(cli, own, exact):
     found = cli("levels", "--method", "orbits", "--k", "6:12", "--parity", "oo", "--db", own, "--json")
     rows = json.loads(found.out)

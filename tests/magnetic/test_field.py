@@ -211,6 +211,8 @@ def test_a_table_and_counts(cli, filled):
     assert "2096 rows; 40 shown, --limit 2096 shows all" in table.err
     counts = cli("field", "--p", "2-8", "--kappa", "0.05", "--counts")
     assert counts.out.splitlines()[-1].split() == ["8", "1375", "0", "11130", "1.164"]
+    every = cli("field", "--p", "2-3", "--kappa", "0:0.1:21", "--counts")
+    assert len(every.out.splitlines()) == 1 + 2 * 21
     assert len(cli("field", "0123", "--kappa", "0:0.3:31", "--format", "csv").out.splitlines()) == 32
 
 

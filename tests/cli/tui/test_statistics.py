@@ -79,9 +79,10 @@ def test_every_count_has_a_condition_that_chooses_its_rows(varied):
     chosen, catalogue = Selection(periods=((2, 6),)), Catalogue(varied)
     screen = CountsScreen(catalogue, chosen, "length")
     groups, _ = screen._count(never)
-    counts = [count for group in groups.values() for count in group]
-    for column in ("length", "margin", "residual", "maslov", "rules"):
-        counts += screen._values(column, 8, never)[0]
+    columns = ("length", "margin", "residual", "maslov", "rules")
+    every = [*groups.values(), *(screen._values(column, 8, never)[0] for column in columns)]
+    assert {sum(count.rows for count in group) for group in every} == {catalogue.count(chosen)}
+    counts = [count for group in every for count in group]
     assert len(counts) > 40
     for count in counts:
         assert catalogue.count(replace(chosen, where=count.condition)) == count.rows, count
