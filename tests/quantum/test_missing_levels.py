@@ -141,6 +141,7 @@ def test_a_window_begins_with_the_right_number_and_nothing_is_missing(window):
     k, below, assessed = window
     whole = assessed(k)
     assert (whole.first, whole.total, whole.gaps, whole.spurious) == (below + 1, len(k), [], 0)
+    assert whole.notes == ()
     assert whole.number.tolist() == list(range(below + 1, below + 1 + len(k)))
     assert whole.first_probability > 0.95
     begins = (
