@@ -183,6 +183,7 @@ BAD = {
     "2/kappa must be above the longest chord, 5.2 at a = 1.6: give a kappa below 0.38462": [
         "field", "0123", "--kappa", "0.4",
     ],
+    "kappa = -0.4: the circles' diameter": ["field", "0123", "--kappa=-0.4"],
     "kappa = nan": ["field", "0123", "--kappa", "nan"],
     "'weak' is not a number": ["field", "0123", "--kappa", "weak"],
     "a grid has 2 to 1000 values": ["field", "0123", "--kappa", "0.2:0.1:5"],
