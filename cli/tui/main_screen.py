@@ -71,7 +71,7 @@ class MainScreen(OwnScreen[None]):
             "orbit",
             Binding("c", _to("side", "code"), "code", tooltip="in any rotation, stored or not"),
             Binding("enter", "whole", "facts", tooltip="about the orbit, all of them", key_display="enter"),
-            Binding("enter", "back(True)", "rows", tooltip="beside the orbit", key_display="enter"),
+            Binding("enter", "back(True)", "back", tooltip="to the rows", key_display="enter"),
             key("v", _to("side", "draw('view')"), "view", tooltip="stadium or phase space"),
             key("space", _to("side", "draw('particle')"), "particle", tooltip="starts or stops"),
             key("T,t", _to("side", f"move_in_class({REVERSE})"), "time reverse"),

@@ -51,6 +51,20 @@ def test_rows_at_several_a_are_those_of_each(varied):
         catalogue.rows([])
 
 
+def test_an_empty_listing_is_complete_only_by_proof(varied):
+    catalogue = Catalogue(varied, 1.6)
+    assert catalogue.rows(p=9, order="length").complete == ()
+    (told,) = catalogue.rows(order="length", where="length < 1").complete
+    assert told.startswith("complete, by proof, up to length")
+
+
+def test_a_minus_reverses_an_order(varied):
+    catalogue = Catalogue(varied, 1.6)
+    for orders in (("-length", "length desc"), ("-length desc", "length"), ("-length asc", "length desc")):
+        one, other = ([*catalogue.rows(p="2-4", order=each, columns=("code",))] for each in orders)
+        assert one == other
+
+
 def test_the_head_of_a_listing_begins_after_the_rows_that_are_skipped(varied):
     catalogue = Catalogue(varied, 1.6)
     for most in (None, 4):

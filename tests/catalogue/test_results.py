@@ -9,7 +9,9 @@ from made_levels import keep_made_levels
 from quick import slow_but
 
 import orbitdb
-from orbitdb import Catalogue, InputError, Rows
+from orbitdb import Catalogue, InputError, Rows, Selection
+from orbitdb.answers.entropy import outside
+from orbitdb.entropy_bounds.bounds import EntropyBounds
 
 
 def with_levels(catalogue):
@@ -165,3 +167,18 @@ def test_results_at_several_a_are_one_table(varied):
     assert list(table.rows(["p", "N_c"])) == [row for each in alone for row in each.rows(["p", "N_c"])]
     notes = catalogue.entropy(a=(1.0, 1.6), p=7).notes
     assert [note.count("at a = 1 ") or note.count("at a = 1.6 ") for note in notes] == [1, 1]
+
+
+def test_an_entropy_beyond_either_bound_is_noted():
+    bounds = EntropyBounds(1.6, 5, 1.0, 1.1, 1, 0)
+    assert "periods 2, 4" in outside([2, 3, 4, 5], [0.9, 1.05, 1.2, None], bounds, Selection())
+    assert outside([2], [0.9], bounds, Selection(contains="13")) == ""  # of some orbits
+
+
+def test_averages_over_some_orbits_are_not_those_of_trajectories(varied):
+    told = [Catalogue(varied, 1.6).lyapunov(p="2-4", contains=pattern) for pattern in (None, "13")]
+    of_all = [
+        sum("exact means" in line or "orbitdb simulate" in line for line in (*found.facts, *found.notes))
+        for found in told
+    ]
+    assert of_all == [2, 0]

@@ -15,9 +15,11 @@ from contents import ask
 from quick import slow_but
 from there import there
 
+from orbitdb import Catalogue
 from orbitdb.averages.simulation import simulate
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import Format, write
+from orbitdb.errors import StoreError
 from orbitdb.text import concise, upwards, with_error
 
 
@@ -87,6 +89,17 @@ def stored(path) -> list[dict[str, Any]]:
     with closing(sqlite3.connect(path)) as connection:
         connection.row_factory = sqlite3.Row
         return [dict(row) for row in connection.execute("SELECT * FROM trajectory ORDER BY lambda_d_error")]
+
+
+def test_a_simulation_that_cannot_be_stored_is_shown(cli, filled, monkeypatch):
+    """It may have taken hours."""
+
+    def fail(*_):
+        raise StoreError("the disk is full")
+
+    monkeypatch.setattr(Catalogue, "keep", fail)
+    done = cli("simulate", "--bounces", "2000", "--seed", "7", "--json", "--db", str(filled))
+    assert (done.code, json.loads(done.out)) == (3, [asdict(simulate(Stadium(1.6), 2000, 7))])
 
 
 def test_simulated_exponents_are_stored_and_shown_beside_averages(filled, cli):

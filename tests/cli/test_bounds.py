@@ -33,6 +33,13 @@ def test_printed_bounds_are_rounded_outward(cli):
         assert (int(shown["window"]), int(shown["windows"])) == (row["window"], row["windows"])
 
 
+def test_bounds_that_must_be_stored_but_cannot_be_are_not_computed(cli, tmp_path):
+    nowhere = str(tmp_path / "none" / "orbits.db")
+    assert cli("bounds", "--window", "3", "--store", "--db", nowhere).says(3, "none")
+    assert cli("bounds", "--window", "3", "--store", "--width", "-1").code == 2
+    assert [*tmp_path.iterdir()] == []  # wrong limits leave no file
+
+
 @pytest.mark.slow
 def test_several_a_give_the_last_row_of_each(cli):
     """In the order in which they are named, however they are named."""

@@ -220,6 +220,8 @@ def test_a_geometric_fill_stores_the_pruned_words(cli):
     assert done.code == 0
     rows = json.loads(cli(*chosen).out)
     assert f"41 orbits, {len(rows)} geometrically pruned words, " in done.err
+    of_two = sum(row["p"] == 2 for row in rows)
+    assert f"1 orbit, {of_two} geometrically pruned word" in cli("fill", "--p", "2", "--geometric").err
     for p in (2, 3, 4):
         family = p == 2  # 02 breaks no rule and has no isolated orbit
         assert sum(row["p"] == p for row in rows) == count_primitive(p) - count_admissible(p) - family

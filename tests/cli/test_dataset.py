@@ -165,6 +165,11 @@ def test_a_selection_limits_periods_and_words_but_not_counts(known, cli, tmp_pat
         "a=1.6_p=04.parquet",
         "a=1.6_p=05.parquet",
     ]
+    of_orbits = [
+        {each["complete"] for each in package(folder)["resources"] if "orbits/" in each["path"]}
+        for folder in (part, whole)
+    ]
+    assert of_orbits == [{False}, {True}]
     assert set(frame["status"]) == {"orbit"}
     assert set(frame["time_reversal"]) == {"self"}
     for name in ("counts.csv", "averages.csv"):
@@ -235,9 +240,14 @@ def test_a_failed_export_leaves_no_files(known, cli, tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.iterdir()] == ["there"]
 
 
+NOBODY = 2**31 - 2
+"""The number of no process."""
+
+
 def test_force_replaces_a_dataset_or_leaves_it_intact(known, folder, cli, monkeypatch):
     asked = "export", str(folder), "--dataset", "--p", "2", "--force", "--db", known
     before = files_of(folder)
+    folder.rename(folder.with_name(f".data.{NOBODY}.old"))  # as if killed between its two renames
     with monkeypatch.context() as patched:
         patched.setattr("orbitdb.answers.dataset._others", lambda *_: 1 / 0)
         with pytest.raises(ZeroDivisionError):

@@ -89,3 +89,13 @@ def test_points_and_codes_that_are_not_text_are_refused(cli, filled, tmp_path, m
     assert done.err.startswith(f"orbitdb: {points}: line 2 is not json: write one bounce x,y per line")
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"13\n\xff\n"), "utf-8"))
     assert cli("query", "--code", "-").says(2, "stdin is not text")
+
+
+def test_a_table_of_orbits_of_a_length_fits_the_screen(cli, filled):
+    asked = ("identify", "--length", "22", "--tolerance", "1", "--db", str(filled))
+    every = cli(*asked, "--format", "csv").out.splitlines()
+    assert len(every) > 60
+    table = cli(*asked)
+    assert len(table.out.splitlines()) == 1 + 40
+    assert f"; 40 shown, --limit {len(every) - 1} shows all" in table.err
+    assert len(cli(*asked, "--limit", "50").out.splitlines()) == 1 + 50

@@ -38,6 +38,7 @@ query --where '1; DELETE FROM orbit' | 2 | 1; DELETE FROM orbit
 query --order 'p; DROP TABLE run' | 2 | p; DROP TABLE run | write columns
 query -c '(SELECT 1)' | 2 | (SELECT 1)
 query -c '*' | 2 | '*'
+query -c code,p,code | 2 | 'code' | twice
 query --where 'p > 2' -P x=1 | 2 | 'p > 2' | :x
 fill --p 3 --code 13 | 2 | --p | --code
 fill --code 1 | 2 | 1 has one symbol | longer

@@ -140,9 +140,9 @@ def test_a_word_is_found_in_any_rotation_or_refused(varied, cli):
     assert cli("sql", "SELECT p FROM catalogue WHERE code = code('19')", *word[2:]).says(2, "symbol '9'")
 
 
-def test_a_blob_is_shown_in_hexadecimal(varied, cli):
-    found = cli("sql", "SELECT x'00ff' AS b", "--json", "--db", str(varied))
-    assert (found.code, json.loads(found.out)) == (0, [{"b": "00ff"}])
+def test_a_blob_is_shown_in_hexadecimal_and_no_infinity_in_json(varied, cli):
+    found = cli("sql", "SELECT x'00ff' AS b, -9e999 AS low", "--json", "--db", str(varied))
+    assert (found.code, json.loads(found.out)) == (0, [{"b": "00ff", "low": None}])
 
 
 def test_rows_without_numbers_are_shown(varied, cli):
@@ -152,6 +152,9 @@ def test_rows_without_numbers_are_shown(varied, cli):
         "x",
         "y",
     ]
+    sampled = "0.12345678912 lambda_d, 1e-9 lambda_d_error, 0.98765432198 lambda_c, 1e-9 lambda_c_error"
+    cells = cli("sql", f"SELECT {sampled}", "--db", str(varied)).out.split()[-4:]
+    assert cells[::2] == ["0.1234567891", "0.9876543220"]  # as many decimals as their errors allow
 
 
 @pytest.mark.usefixtures("filled")

@@ -183,6 +183,7 @@ BAD = {
     "2/kappa must be above the longest chord, 5.2 at a = 1.6: give a kappa below 0.38462": [
         "field", "0123", "--kappa", "0.4",
     ],
+    "kappa = -0.4: the circles' diameter": ["field", "0123", "--kappa=-0.4"],
     "kappa = nan": ["field", "0123", "--kappa", "nan"],
     "'weak' is not a number": ["field", "0123", "--kappa", "weak"],
     "a grid has 2 to 1000 values": ["field", "0123", "--kappa", "0.2:0.1:5"],
@@ -211,6 +212,8 @@ def test_a_table_and_counts(cli, filled):
     assert "2096 rows; 40 shown, --limit 2096 shows all" in table.err
     counts = cli("field", "--p", "2-8", "--kappa", "0.05", "--counts")
     assert counts.out.splitlines()[-1].split() == ["8", "1375", "0", "11130", "1.164"]
+    every = cli("field", "--p", "2-3", "--kappa", "0:0.1:21", "--counts")
+    assert len(every.out.splitlines()) == 1 + 2 * 21
     assert len(cli("field", "0123", "--kappa", "0:0.3:31", "--format", "csv").out.splitlines()) == 32
 
 
@@ -237,7 +240,10 @@ def test_a_figure_has_a_curve_for_each_word(catalogue):
     axes = orbits.plot()
     drawn = {line.get_label(): line.get_ydata() for line in axes.get_lines()}
     assert drawn["0123"].tolist() == orbits.action[orbits.code == "0123"].tolist()
-    assert {"0321", "stable", "to second order"} <= drawn.keys()
+    assert {"0321", "to second order"} <= drawn.keys()
+    marks = [line.get_xdata() for line in axes.get_lines() if line.get_label() == "stable"]
+    stable = orbits.kappa[orbits.status == "elliptic"].tolist()
+    assert np.sort(np.concatenate(marks)).tolist() == sorted(stable) != []
     with pytest.raises(InputError, match="follow orbits to several kappa"):
         catalogue.field(0.1, words="0123").plot()
 

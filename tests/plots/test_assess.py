@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from orbitdb import Catalogue
+from orbitdb import Catalogue, Selection
+from orbitdb.plots import levels
+from orbitdb.quantum.weyl import Parity
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("window", [False, True])
 def test_missing_levels_are_steps_at_integers_and_their_gaps_are_shaded(filled_once, exact_once, window):
-    levels = exact_once[(exact_once < 12) & (exact_once > (6 if window else 0))]
-    few = np.delete(levels, [5, 11])
+    k = exact_once[(exact_once < 12) & (exact_once > (6 if window else 0))]
+    few = np.delete(k, [5, 11])
     found = Catalogue(filled_once).assess(few, parity="oo", window=window)
     assert len(found.gaps) == 2
     ax = found.plot()
@@ -23,3 +25,13 @@ def test_missing_levels_are_steps_at_integers_and_their_gaps_are_shaded(filled_o
     assert np.abs(excess - np.interp(k, at, np.nan_to_num(heights))).mean() < 0.3
     assert all(float(tick).is_integer() for tick in ax.get_yticks())
     assert [text.get_text().split()[0] for text in ax.texts] == ["+1", "+1"]
+
+
+@pytest.mark.slow
+def test_a_list_that_does_not_begin_with_the_lowest_level_is_drawn_as_a_window(filled_once, exact_once):
+    k = exact_once[exact_once > 13]
+    ax = levels.assess(Catalogue(filled_once), Selection(1.6), k, Parity.OO).axes[0]
+    (points,) = [line for line in ax.lines if str(line.get_label()).startswith("$N")]
+    drawn, excess = np.array(points.get_data(), dtype=float)
+    assert set(drawn) <= set(k.tolist())
+    assert np.abs(excess).max() < 0.5

@@ -222,6 +222,10 @@ def test_the_figure_of_lengths_claims_no_more_than_is_proved(known):
     assert proved - 0.01 < end.get_xdata()[0] <= proved
     said = [text.get_text() for text in made.legends[0].get_texts()]
     assert any(f"up to $L = {end.get_xdata()[0]:.2f}" in line for line in said)
+    each_a = (Selection(a, periods=((2, 6),), statuses=(Status.ORBIT,)) for a in (1.6, 1.0))
+    both = load_function(figure_of("lengths").whole)(known, *each_a)
+    ends = [line.get_xdata()[0] for line in both.axes[0].get_lines() if line.get_linestyle() == "--"]
+    assert ends == pytest.approx([least_length(6, a) for a in (1.6, 1.0)], abs=0.01)
 
 
 @pytest.mark.slow

@@ -168,6 +168,16 @@ def test_the_entropy_over_a_ends_before_the_first_period_without_births(known, t
 
 
 @pytest.mark.usefixtures("few_places")
+def test_births_with_a_gap_give_no_entropy(known, tmp_path):
+    path = Path(shutil.copy(known.path, tmp_path / "orbits.db"))
+    alter(path, "DELETE FROM birth_fill WHERE p = 4")
+    shares, entropies, _ = over_a.births(Catalogue(path), Selection(1.6)).axes
+    assert legend(shares) == ["$p = 5$", "$p = 6$"]
+    assert legend(entropies) == ["upper bound at every $a$"]
+    assert len(entropies.lines) == 1
+
+
+@pytest.mark.usefixtures("few_places")
 def test_many_bounds_are_joined_by_a_band(known, ax):
     curve = [
         replace(bounds, a=bounds.a * factor) for factor in (0.5, 1, 2) for bounds in known.entropy_curve()

@@ -11,8 +11,11 @@ import pytest
 from quick import slow_but
 from there import there
 
-from orbitdb import Catalogue, Stadium, solve_word
+from orbitdb import Catalogue, Selection, Stadium, solve_word
+from orbitdb.answers.lyapunov import AVERAGES
+from orbitdb.answers.results import Result
 from orbitdb.plots import paths, style
+from orbitdb.plots.averages import compare_exponents
 from orbitdb.plots.svg import symbol_labels
 
 WORDS = ["13", "1232131", "010232", "111333", "11133"]
@@ -55,6 +58,18 @@ def test_files_match_their_extensions_and_are_reproducible(tmp_path, ending, hea
     first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in "ab")
     assert first.startswith(head)
     assert first == second
+
+
+def test_exponents_at_several_a_are_compared_by_the_best_method_of_each(ax):
+    columns = {name: [float(k)] * 3 for k, average in enumerate(AVERAGES) for name in average.columns}
+    best, second = (average.of("lambda_d") for average in AVERAGES[:-3:-1])
+    results = [
+        Result(Selection(a), {"p": [2, 3, 4], **columns, best: columns[best] if a == 1 else [None] * 3})
+        for a in (1.0, 1.6)
+    ]
+    compare_exponents(ax, results, "lambda_d")
+    drawn = [np.asarray(line.get_ydata()).tolist() for line in ax.lines]
+    assert drawn == [columns[best], columns[second]]
 
 
 def test_the_svg_path_goes_through_the_bounces():

@@ -150,5 +150,10 @@ def test_the_screen_saves_its_curves_and_counts(tmp_path):
     p = np.arange(2.0, 6.0)
     curves = {"K_0": [("one", "K_0", p, p / 2, "•"), ("two", "limit", p, p / 3, "")]}
     save_figure("screen.curves", (curves, {"K_0": "entropy"}, "orbits"), tmp_path / "curves.png")
-    save_figure("screen.counts", ([("2", 5), ("3", 8)], "p", "words"), tmp_path / "counts.png")
+    counts = [("2", 5), ("3", 8)], "p", "words"
+    save_figure("screen.counts", counts, tmp_path / "counts.png")
+    (bars,) = load_function("screen.counts")(*counts).axes
+    assert [bar.get_width() for bar in bars.patches] == [5, 8]
+    assert [label.get_text() for label in bars.get_yticklabels()] == ["2", "3"]
+    assert bars.yaxis_inverted()  # from the top down, as on the screen
     assert all((tmp_path / f"{name}.png").stat().st_size > 1000 for name in ("curves", "counts"))

@@ -52,6 +52,8 @@ def test_a_result_draws_the_averages_that_it_has(catalogue):
 def test_a_subset_without_proved_bounds_draws_its_entropy(catalogue):
     ax = catalogue.select(p="2-6", status="orbit").entropy().plot()
     assert [text.get_text()[:4] for text in ax.get_legend().get_texts()] == ["$h(p", "$K_0"]
+    p, k_0 = curve(catalogue.entropy(p="2-3,5-6").plot(), "$K_0")
+    assert (p.tolist(), np.isnan(k_0).tolist()) == ([2, 3, 4, 5, 6], [False, False, True, False, False])
 
 
 def test_a_result_without_averages_to_draw_says_what_it_has(catalogue):

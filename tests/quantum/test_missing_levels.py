@@ -13,7 +13,7 @@ from orbitdb.answers.levels import levels_from_orbits, read_orbits, stored_count
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.comparison import CUTOFF
 from orbitdb.quantum.levels import levels
-from orbitdb.quantum.levels_from_orbits import CUTOFFS, staircase
+from orbitdb.quantum.levels_from_orbits import CUTOFFS, reliable_end, staircase
 from orbitdb.quantum.missing_levels import assess, without_twins
 from orbitdb.quantum.trace_formula import family, orbit_terms
 from orbitdb.quantum.weyl import Parity, weyl
@@ -73,8 +73,10 @@ def test_levels_from_orbits_agree_with_exact_levels_within_their_errors(catalogu
 
 
 def test_levels_from_orbits_end_where_they_become_unreliable(catalogue):
-    found = catalogue.levels(parity="oo", method="orbits")
+    found = answer(catalogue.path, levels_from_orbits, 1.6, parities=(Parity.OO, Parity.EE))
     assert 15 < found.high < 25
+    ends = [reliable_end(Stadium(1.6), parity) for parity in (Parity.OO, Parity.EE)]
+    assert ends[0] - found.high > 0.1 > ends[1] - found.high >= 0  # the lower one
     assert "above k" not in found.basis
     assert "above k = 20" in catalogue.levels(25, parity="oo", method="orbits").basis
     with pytest.raises(InputError, match="method 'magic'"):
@@ -139,6 +141,7 @@ def test_a_window_begins_with_the_right_number_and_nothing_is_missing(window):
     k, below, assessed = window
     whole = assessed(k)
     assert (whole.first, whole.total, whole.gaps, whole.spurious) == (below + 1, len(k), [], 0)
+    assert whole.notes == ()
     assert whole.number.tolist() == list(range(below + 1, below + 1 + len(k)))
     assert whole.first_probability > 0.95
     begins = (
@@ -243,7 +246,7 @@ def test_a_duplicate_level_is_spurious(orbits, exact):
         (gap,) = found.gaps
         assert (gap.missing, gap.spurious) == (0, 1)
         assert gap.after < exact[n] < gap.before
-        assert found.spurious == 1
+        assert (found.spurious, found.whole < 0.1) == (1, True)
         assert "1 is spurious or duplicate" in found.verdict()
 
 

@@ -208,6 +208,7 @@ def test_codes_that_find_nothing_are_explained(cli, varied, where):
         ("w=0.50", "lambda_c < :w", 0.5),
         ("w=-1e-3", "margin > :w", -1e-3),
         ("w=3", "p = :w and code like '1%'", 3),
+        ("w=0", "walls = :w", 0),
         ("w=160", "p = :w", 160),
         ("w=self", "time_reversal = :w", "self"),
     ],

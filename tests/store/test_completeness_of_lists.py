@@ -164,6 +164,17 @@ def test_averages_use_whole_periods_only(cli, partial, command):
     assert asked.out == whole.out
 
 
+def test_a_partial_period_that_a_sweep_counts_is_not_left_out(awkward):
+    at_a = "WHERE p = 6 AND stadium = (SELECT id FROM stadium WHERE a = 0.3)"
+    alter(awkward, "DELETE FROM entropy_bound")  # a table with bounds computes closer ones
+    whole = Catalogue(awkward).table(a=0.3, p=6)
+    alter(awkward, f"UPDATE fill SET state = 'filling', n_c = NULL {at_a}")
+    found = Catalogue(awkward).table(a=0.3, p=6)
+    assert (found["p"], found["N_c"]) == ([6], whole["N_c"])
+    (note,) = found.notes
+    assert "period 6 at a = 0.3: counted by a sweep" in note
+
+
 @pytest.mark.slow
 def test_a_stability_cut_needs_all_lower_periods(cli, filled, begin_fill):
     begin_fill(filled, 9).close()

@@ -32,6 +32,8 @@ def test_classes_born_together_have_one_period(awkward_once):
     """The events of each period have numbers of their own."""
     catalogue = Catalogue(awkward_once, 1.6)
     lives = {life.word: life for life in catalogue.births(6)}
+    in_order = [life.born or 0.0 for life in lives.values()]
+    assert in_order == sorted(in_order)
     partners = {
         word: catalogue.born_with(catalogue.orbit(word, exists=True)) for word in ("011032", "010255")
     }

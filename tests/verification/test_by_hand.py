@@ -60,6 +60,7 @@ ALTERATIONS = {
     "the largest birth": ("UPDATE birth_fill SET largest = largest + 1 WHERE p = 7", "births"),
     "the orbits of a sweep": ("UPDATE sweep SET n_c = n_c - 1 WHERE p = 7", "sweeps"),
     "a level": ("UPDATE level SET k = k + 1e-8 WHERE number = 1", "levels"),
+    "the levels below a window": ("UPDATE level_fill SET below = below + 1", "levels"),
     "a missing level": ("DELETE FROM level WHERE number = (SELECT max(number) FROM level)", "levels"),
 }  # fmt: skip
 """By name, the statements that alter the file, and the check that must fail."""

@@ -42,6 +42,12 @@ def test_certified_radii_are_between_the_true_error_and_the_stored_bound(small, 
     assert cli("verify").code == 0
 
 
+def test_rows_at_every_a_get_certificates(small, cli):
+    assert cli("verify", "--rigorous", "--p", "6", "--reversal", "self").code == 0
+    query = "SELECT a, count(*) FROM certificate JOIN stadium ON id = stadium GROUP BY a"
+    assert ask(small, query) == [(1.0, 3), (1.6, 3)]
+
+
 @pytest.mark.slow
 def test_orbits_through_a_joint_are_certified(small, cli):
     assert cli("verify", "--rigorous", "--a", "1").code == 0

@@ -8,17 +8,18 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from contents import alter, made
+from contents import alter, ask, made
 from solutions import representatives
 from there import there
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.fill import fill_births, fill_periods
 from orbitdb.filling.sweeps import sweep_periods
+from orbitdb.orbits.births import JOINTS
 from orbitdb.orbits.solve import solve
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
-from orbitdb.verification.births import check_births, lives, whole_births
+from orbitdb.verification.births import births, check_births, lives, whole_births
 from orbitdb.verification.checks import Check, Scope
 from orbitdb.verification.sweeps import check_sweeps
 from orbitdb.verification.verify import report, verify
@@ -65,6 +66,7 @@ def test_sound_sweeps_pass_and_are_counted_once(swept):
         ("n_c = n_c - 2", "n_c is 78 instead of 80"),
         ("classes = classes - 1", "classes is 14 instead of 15"),
         ("boundary = 2", "boundary is 2 instead of 0"),
+        ("unresolved = 1", "unresolved is 1 instead of 0"),
         ("words = words - 2", "94 words instead of 96"),
     ],
 )
@@ -118,6 +120,20 @@ def begun_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def begun(begun_once: Path, tmp_path: Path) -> Path:
     """A catalogue with the births of p = 5, and with those of p = 4 unfinished."""
     return Path(shutil.copy(begun_once, tmp_path / "orbits.db"))
+
+
+@pytest.mark.parametrize(
+    "change", ["bounce = 1 + bounce % 5", f"joint = iif(joint = '{JOINTS[0]}', '{JOINTS[1]}', '{JOINTS[0]}')"]
+)
+def test_a_birth_at_another_bounce_or_joint_is_found(begun, change):
+    last = "(SELECT max(cycle) FROM change WHERE a > 0)"
+    ((word,),) = ask(begun, f"SELECT word FROM cycle WHERE id = {last}")
+    alter(begun, f"UPDATE change SET {change} WHERE cycle = {last}")
+    with reading(begun) as connection:
+        scope = Scope(connection)
+        found = [check for part in births(scope) for check in part.checked(scope).checks]
+    ((name, first),) = failures(found)
+    assert (name, there(first).partition(" ")[0]) == ("births", word)
 
 
 @pytest.mark.slow

@@ -245,7 +245,11 @@ def both(where: str | None, condition: str) -> str:
     """Return a filter that allows what `where` and the condition allow."""
     if not where:
         return condition
-    return f"({where}) and {condition}" if " or " in where.lower() else f"{where} and {condition}"
+    if "--" in where:  # a comment, which ends with its line
+        where = f"({where}\n)"
+    elif re.search(r"\bor\b", where, re.IGNORECASE):
+        where = f"({where})"
+    return f"{where} and {condition}"
 
 
 def turned(selection: Selection, name: str, ring: Sequence[Any], step: int = 1) -> Selection:

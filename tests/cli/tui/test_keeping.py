@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import asdict
 
 import pytest
 from screens import ask, browsing, press, row_of, screen_lines, shown, table_of
@@ -101,6 +102,16 @@ def test_an_invalid_state_file_is_left_unchanged(tmp_path):
         assert ["move it away" in line for line in told] == [True, True]
         assert kept.state.marked == ["13"]
         assert path.read_bytes() == text.encode("latin-1")
+
+
+def test_marks_are_words_in_any_rotation_and_the_last_filter_comes_last(tmp_path):
+    path = tmp_path / "browse.json"
+    path.write_text('{"marked": ["310", "13", "031"]}')
+    kept = Kept(path, print)
+    for where in ("p = 2", "p = 3", "p = 2"):
+        kept.remember(where)
+    assert kept.state == State(marked=["031", "13"], filters=["p = 3", "p = 2"])
+    assert json.loads(path.read_text()) == asdict(kept.state)
 
 
 def test_two_sessions_keep_each_others_marks(tmp_path):

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -82,14 +83,16 @@ def test_bars_are_to_scale_and_small_counts_are_visible():
 
 
 def test_every_count_has_a_condition_that_chooses_its_rows(varied):
-    screen, catalogue = CountsScreen(Catalogue(varied), Selection(), "length"), Catalogue(varied)
+    chosen, catalogue = Selection(periods=((2, 6),)), Catalogue(varied)
+    screen = CountsScreen(catalogue, chosen, "length")
     groups, _ = screen._count(never)
-    counts = [count for group in groups.values() for count in group]
-    for column in ("length", "margin", "residual", "maslov", "rules"):
-        counts += screen._values(column, 8, never)[0]
+    columns = ("length", "margin", "residual", "maslov", "rules")
+    every = [*groups.values(), *(screen._values(column, 8, never)[0] for column in columns)]
+    assert {sum(count.rows for count in group) for group in every} == {catalogue.count(chosen)}
+    counts = [count for group in every for count in group]
     assert len(counts) > 40
     for count in counts:
-        assert catalogue.count(where=count.condition) == count.rows, count
+        assert catalogue.count(replace(chosen, where=count.condition)) == count.rows, count
 
 
 def test_a_value_an_ulp_outside_the_rounded_edges_is_counted(varied, tmp_path):

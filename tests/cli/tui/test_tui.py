@@ -162,17 +162,19 @@ def test_invalid_requests_to_fill_are_refused(texts, complaint):
 def test_the_dialog_reads_periods_as_the_command_does():
     for text, periods in (("4", (2, 3, 4)), ("2,4-5", (2, 4, 5)), ("4-4", (4,))):
         assert parse_request("1.6", text, "").periods == periods
+    assert parse_request("1.6", "", "1^2 3, 1313").words == ("113", "13")
 
 
 @pytest.mark.parametrize("name", ["rows.tsv", "orbit.svg", pytest.param("orbit.png", marks=pytest.mark.slow)])
 def test_every_kind_of_export_writes_the_shown_data(filled, tmp_path, name):
-    catalogue, path, few = Catalogue(filled), tmp_path / name, Selection(periods=((2, 4),))
+    catalogue, path, few = Catalogue(filled), tmp_path / name, Selection(periods=((2, 4), (9, 9)))
     if name == "rows.tsv":
         told = write_rows(Catalogue(filled), few, Ordering("length", True), path, never)
     else:
         told = save_orbit(catalogue.find("013", a=1.6), False, path)
     assert str(path) in told
     if name == "rows.tsv":
+        assert "period 9 is not filled" in told
         head, *rows = csv.reader(path.read_text().splitlines(), delimiter="\t")
         found = [row[head.index("code")] for row in rows]
         assert found == [code for (code,) in catalogue.rows(few, columns=("code",), order="length desc")]
@@ -244,6 +246,7 @@ async def test_the_shown_picture_can_be_saved_as_a_figure(filled, tmp_path, monk
         await press(pilot, "escape", "d")
         drawn = await saved(pilot, "histogram.svg")
         assert all(text in drawn for text in ("words", "length"))
+        assert "without" not in drawn  # words without a length have no bar
         await press(pilot, "e")
         await write(pilot, "rows.csv")
         assert "rows.csv: end the name in .png, .svg, .pdf" in shown(app)

@@ -32,6 +32,7 @@ VIEWS = [
     ),
     View(Selection.from_criteria(a=1.6, status="geometric"), Ordering("code", True)),
     View(Selection.from_criteria(a=1.6, without=["02", "31"], walls=2, quarter_length=(3, 9))),
+    View(Selection.from_criteria(a=1.6, p="2-5", margin=(0, 0.5))),
 ]
 
 
@@ -106,8 +107,16 @@ def test_the_value_of_each_column_chooses_its_row(varied):
             where = both(equals(name, value), f"code = '{row[0]}'")
             found = list(catalogue.rows(columns=("code",), status=row[names.index("status")], where=where))
             assert found == [row[:1]], where
-    assert both("p = 3 or p = 4", "length < 11") == "(p = 3 or p = 4) and length < 11"
     assert equals("code", "it's") == "code = 'it''s'"
+
+
+@pytest.mark.parametrize(
+    "where", ["p = 3 or p = 4", "p = 3 OR p = 4", "(p = 3)or(p = 4)", "p in (3, 4) -- short", "p in (3, 4)"]
+)
+def test_a_condition_limits_all_that_a_filter_allows(varied, where):
+    catalogue = Catalogue(varied)
+    both_hold = catalogue.count(p="3-4", where="length < 11")
+    assert catalogue.count(where=both(where, "length < 11")) == both_hold > 0
 
 
 @pytest.mark.slow
