@@ -1386,9 +1386,8 @@ class Catalogue:
         at = self._at(a)
         with self.snapshot() as connection:
             if levels is None:
-                own = {of: levels_from_zero(connection, at, of).k for of in parities_of(parity)}
-            else:
-                own = {of: check_levels(k, Stadium(at), of) for of, k in levels.items()}
+                levels = {of: levels_from_zero(connection, at, of).k for of in parities_of(parity)}
+            own = {of: check_levels(k, Stadium(at), of) for of, k in levels.items()}
             return level_statistics(connection, at, own)
 
     def stored_counterparts(self, levels: "Levels") -> list[float | None]:

@@ -19,7 +19,7 @@ SOURCES = {
 """Functions that count periods 2 to 6; each period has only one source, so that no other can replace it."""
 
 
-@pytest.fixture(scope="module", params=SOURCES)
+@pytest.fixture(scope="module", params=slow_but(["all three"], SOURCES))
 def known(request, tmp_path_factory):
     """A catalogue at a = 1 with the counts of periods 2 to 6."""
     catalogue = Catalogue.create(tmp_path_factory.mktemp("counting") / "orbits.db", 1)

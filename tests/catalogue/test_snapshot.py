@@ -8,6 +8,7 @@ import threading
 
 import pytest
 from processes import run
+from quick import slow_but
 
 from orbitdb import Catalogue, InputError, StoreError
 from orbitdb.store.where import CancelledError
@@ -195,7 +196,11 @@ sys.exit(status)
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system cannot fork")
-@pytest.mark.parametrize("program", [FORKED, FORKED_WITHIN], ids=["between questions", "within a snapshot"])
+@pytest.mark.parametrize(
+    "program",
+    slow_but([FORKED_WITHIN], [FORKED, FORKED_WITHIN]),
+    ids=["between questions", "within a snapshot"],
+)
 def test_a_forked_process_opens_the_file_itself(filled, program):
     assert subprocess.run([sys.executable, "-W", "error", "-c", program, filled]).returncode == 0
     assert [each.name for each in filled.parent.iterdir()] == [filled.name]

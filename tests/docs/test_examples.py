@@ -13,8 +13,6 @@ SCREENSHOTS_OF = "8.2"
 """The version of Textual that took the screenshots; others may draw borders differently."""
 
 
-QUICK = ("README", "orbit.svg")
-"""Pages and pictures that a plain pytest run compares."""
 LONG = dict.fromkeys(
     (
         "assess.svg",
@@ -64,13 +62,8 @@ def named(page: Path) -> str:
     return page.stem
 
 
-@pytest.mark.parametrize(
-    "page",
-    [
-        pytest.param(page, marks=[] if named(page) in QUICK else pytest.mark.slow, id=named(page))
-        for page in pages.PAGES
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("page", pages.PAGES, ids=named)
 def test_the_examples_of_a_page_show_their_output(page, tmp_path, catalogue):
     assert wrong(run(page, tmp_path, catalogue)) == ""
 
@@ -141,7 +134,7 @@ def test_outputs_agree_up_to_times_and_errors(shown, output, agree):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=[] if name in QUICK else getattr(pytest.mark, LONG.get(name, "slow")))
+        pytest.param(name, marks=getattr(pytest.mark, LONG.get(name, "slow")))
         for name in sorted(set(pictures.DRAWN) - pictures.MEASURED)
     ],
 )

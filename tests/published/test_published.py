@@ -76,10 +76,11 @@ def test_proved_bounds_on_the_entropy_lie_between_the_published_ones(a):
     assert AT_LEAST < bounds.lower <= bounds.upper < AT_MOST
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "levels", "first", "gaps"),
     [
-        pytest.param("k100", 108, 1377, [(101.386919, 101.605151, 7)], marks=pytest.mark.slow),
+        ("k100", 108, 1377, [(101.386919, 101.605151, 7)]),
         ("k104", 166, 1492, [(106.998214, 107.208064, 6), (108.395894, 108.601001, 6)]),
     ],
 )

@@ -62,6 +62,7 @@ def test_waves_have_their_parity_and_are_nan_outside(few):
     assert np.abs(few[0].psi(A + np.cos(1.0), np.sin(1.0))) < 1e-10
 
 
+@pytest.mark.slow
 def test_rellichs_identity_holds(few):
     """The integral of (r . n) (d psi / d n)^2 along the boundary is 2 k^2."""
     stadium = Stadium(A)

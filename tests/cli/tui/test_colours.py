@@ -81,13 +81,11 @@ async def with_theme(app, pilot, name):
     await pilot.pause()
 
 
-@pytest.mark.parametrize(
-    "names", [["textual-light", "solarized-dark"], pytest.param(THEMES, marks=pytest.mark.slow)]
-)
-async def test_pruned_words_are_dimmer_than_orbits(filled_once, names):
+@pytest.mark.slow
+async def test_pruned_words_are_dimmer_than_orbits(filled_once):
     some = Selection(where="p in (5, 6) and code like '0113%'")
     async with browsing(filled_once, (110, 40), some) as (app, pilot):
-        for name in names:
+        for name in THEMES:
             await with_theme(app, pilot, name)
             assert unreadable(app) == [], name
             table, found = app.screen.query_one(PagedTable), dict[str, Any]()
