@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from figures import extents_of_texts, texts_are_readable
 
 from orbitdb import Catalogue
+from orbitdb.plots import assess, style
 
 
 @pytest.mark.slow
@@ -23,3 +25,20 @@ def test_missing_levels_are_steps_at_integers_and_their_gaps_are_shaded(filled_o
     assert np.abs(excess - np.interp(k, at, np.nan_to_num(heights))).mean() < 0.3
     assert all(float(tick).is_integer() for tick in ax.get_yticks())
     assert [text.get_text().split()[0] for text in ax.texts] == ["+1", "+1"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [3.39, 7.0])
+def test_the_names_of_gaps_are_clear_of_the_points(filled_once, exact_once, width):
+    few = np.delete(exact_once[exact_once < 12], [5, 11])
+    few = np.sort(np.append(few, few[2] + 0.1))
+    found = Catalogue(filled_once).assess(few, parity="oo")
+    with style.sized((width, None)), style.figure(7.2, 4.2, found.verdict()) as made:
+        assess.draw_assess(made.add_subplot(), found)
+    texts_are_readable(made)
+    (ax,) = made.axes
+    extents = extents_of_texts(made)
+    assert len(ax.texts) == 3
+    points = [ax.transData.transform(line.get_xydata()) for line in ax.lines if line.get_marker() == "."]
+    for name in ax.texts:
+        assert not extents[name].count_contains(np.concatenate(points))
