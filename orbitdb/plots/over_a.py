@@ -185,7 +185,8 @@ def entropy_over_a(catalogue: "Catalogue", *chosen: Selection, grid: Sequence[fl
             heights += values[np.isfinite(values)].tolist()
         low = min(heights) - 0.02
         beyond = [each.a for each in bounds if each.lower < low]  # the bound 0, which needs no proof
-        ax.plot(beyond, [low] * len(beyond), linestyle="", marker=CARETDOWN, color=PURPLE, clip_on=False)
+        if beyond:  # constrained layout would leave room for an empty line
+            ax.plot(beyond, [low] * len(beyond), linestyle="", marker=CARETDOWN, color=PURPLE, clip_on=False)
         ax.set(ylabel=ENTROPY, ylim=(low, limit + 0.02))
         over_a(ax, first, last)
         made.set_label("topological entropy against a")

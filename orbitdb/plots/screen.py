@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from orbitdb.trajectories.ensemble import Reference
 
 _LINE, _FEWEST = 0.2, 6
-"""Height of a bar, in inches, and the number of bars below which bars are higher, so that the axis has room."""
+"""Height of a bar, in inches, and the number below which bars are higher, so that the axis has room."""
 
 
 def statistics(result: Result, reference: "Reference | None", title: str) -> Picture:
