@@ -103,7 +103,7 @@ def whole(known, made_once) -> Catalogue:
     return Catalogue(made_once("whole", make), 1.6)
 
 
-QUICK = {"orbit", "entropy", "lyapunov"}
+QUICK = {"orbit", "births"}
 CASES = [
     pytest.param(name, width, marks=[] if name in QUICK and width < 4 else pytest.mark.slow)
     for name in NAMES
