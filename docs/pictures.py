@@ -84,7 +84,7 @@ def deviations(folder: Path) -> str:
         "sum rules, one mean less": held.lambda_l_below * Stadium(1.6).legs_per_bounce,
         "sum rules": held.lambda_d_sum_rule,
     }
-    with figure(7.2, 4.0) as made:
+    with figure(7.2, 4.8) as made:
         ax = made.add_subplot()
         looks = (("x:", BLUE), ("^-", GREEN), ("s--", ORANGE), ("D-", PURPLE), ("o-", INK))
         for (name, values), (look, colour) in zip(averages.items(), looks, strict=True):
@@ -97,7 +97,6 @@ def deviations(folder: Path) -> str:
             found.p, low, estimate, color=FAINT, alpha=0.3, linewidth=0, label="estimate of its error"
         )
         ax.set_ylim(low, high)
-        ax.legend(loc="center left", bbox_to_anchor=(1, 0.5))
         ax.set_title(r"$\lambda_d$ at $a = 1.6$ against trajectories leg by leg")
     save(made, folder / "figure.svg", "svg", "deviations of Lyapunov averages")
     return (folder / "figure.svg").read_text(encoding="utf-8")
@@ -120,6 +119,19 @@ class Figure:
         if not target.exists():
             raise SystemExit(said)
         return target.read_text(encoding="utf-8")
+
+
+_CARD = 3.4, 3.0
+"""Width and height, in inches, of a figure on a card of the first page, which is 250 pixels wide."""
+CARD = f"--size {_CARD[0]}x{_CARD[1]} -o"
+
+
+def card_of_deviations(folder: Path) -> str:
+    """Draw `deviations` for a card."""
+    from orbitdb.plots.style import sized
+
+    with sized(_CARD):
+        return deviations(folder)
 
 
 LEVELS = "orbitdb levels --k 0:31.5"
@@ -180,6 +192,9 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "lyapunov.svg": Figure("orbitdb plot lyapunov -o"),
     "deviations.svg": deviations,
     "sheet.svg": Figure("orbitdb plot sheet --p 5 -o"),
+    "card-sheet.svg": Figure(f"orbitdb plot sheet --p 5 --limit 8 {CARD}"),
+    "card-deviations.svg": card_of_deviations,
+    "card-spectrum.svg": Figure(f"orbitdb plot spectrum {CARD}", (LEVELS,)),
     "birkhoff.svg": Figure("orbitdb plot phase-space --p 2-5 -o"),
     "lengths.svg": Figure("orbitdb plot lengths --p 2-7 -o"),
     "life.svg": Figure("orbitdb plot life 010203113 -o"),
@@ -214,7 +229,12 @@ ASKED = {
 }
 """Commands for figures in the gallery that are drawn by Python code here."""
 
-GALLERY = [name for name, draw in DRAWN.items() if name in ASKED or isinstance(draw, Figure)]
+CARDS = {"card-sheet.svg", "card-deviations.svg", "card-spectrum.svg"}
+"""The pictures on the cards of the first page, drawn so small that their texts can be read there."""
+
+GALLERY = [
+    name for name, draw in DRAWN.items() if name in ASKED or (isinstance(draw, Figure) and name not in CARDS)
+]
 """The pictures of the gallery, which commands can make."""
 
 

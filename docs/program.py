@@ -19,14 +19,18 @@ from orbitdb.columns import GROUPS, OF_ORBITS, Column
 
 _NAMES = "<!-- here: names -->"
 _NAME = re.compile(r"<!-- here: name (\w+) -->")
+_LISTED = re.compile(r"^\| `(\w+)` \|", re.MULTILINE)
+"""A public name in a table of the page on the API."""
 _SHOWN = re.compile(r"^<!-- shows\n(.*?)^-->$", re.MULTILINE | re.DOTALL)
 """The output of a notebook cell, in a comment because Jupyter shows its own output."""
 _WRITTEN = re.compile(r"^<!-- here: (\w+) -->\n.*?^<!-- end -->$", re.MULTILINE | re.DOTALL)
 
 
 def fill_in(app: Any, page: str, source: list[str]) -> None:
-    """Replace the marks for public names, and reveal the output of cells, when Sphinx reads a page."""
+    """Insert the public names, link those in tables, and reveal outputs of cells as Sphinx reads a page."""
     text = _NAME.sub(lambda mark: _directive(mark[1]), source[0].replace(_NAMES, names()))
+    if page == "api":  # a role would be noise in the file itself
+        text = _LISTED.sub(r"| {py:obj}`~orbitdb.\1` |", text)
     source[0] = _SHOWN.sub(r"\1", text)
 
 
@@ -82,7 +86,7 @@ def _plain(text: str) -> str:
 
 
 def _table(params: list[Any]) -> Iterator[str]:
-    yield "| option | takes | default | |"
+    yield "| option | means | takes | default |"  # on a narrow screen, the end of a row is out of sight
     yield "|---|---|---|---|"
     for each in params:
         if getattr(each, "hidden", False):
@@ -90,7 +94,7 @@ def _table(params: list[Any]) -> Iterator[str]:
         names = ", ".join(f"`{name}`" for name in (*each.opts, *each.secondary_opts))
         if each.param_type_name == "argument":
             names = f"`{_placeholder(each)}`"
-        yield f"| {names} | {_takes(each)} | {_default(each)} | {_plain(each.help or '')} |"
+        yield f"| {names} | {_plain(each.help or '')} | {_takes(each)} | {_default(each)} |"
 
 
 def _takes(option: Any) -> str:
@@ -134,11 +138,11 @@ def _epilog(text: str) -> Iterator[str]:
 
 def columns(shown: Sequence[Column]) -> str:
     """Return a Markdown table that explains columns."""
-    lines = ["| column | type | unit | bounded by | means | empty |", "|---|---|---|---|---|---|"]
+    lines = ["| column | means | type | unit | bounded by | empty |", "|---|---|---|---|---|---|"]
     for each in shown:
         bound = f"`{each.bound}`" if each.bound in _BOUNDS else each.bound
         means = re.sub(r"(?<!\w)'([^']+)'", r"`\1`", each.means).replace("|", r"\|")
-        lines.append(f"| `{each.name}` | {each.kind} | {each.unit} | {bound} | {means} | {each.empty} |")
+        lines.append(f"| `{each.name}` | {means} | {each.kind} | {each.unit} | {bound} | {each.empty} |")
     return "\n".join(lines)
 
 

@@ -94,7 +94,10 @@ def plot(
     k: Annotated[float | None, options.number_option(help="Draw the level nearest to this k.")] = None,
     kappa: options.Kappa = None,
     size: Annotated[
-        str | None, typer.Option("--size", metavar="WIDTHxHEIGHT", help="Size in inches, such as 6.4x4.8.")
+        str | None,
+        typer.Option(
+            "--size", metavar="WIDTH[xHEIGHT]", help="Size in inches, such as 6.4x4.8, or only the width."
+        ),
     ] = None,
     dpi: Annotated[
         int, options.count_option("--dpi", least=10, most=2000, help="Resolution of a png, in dots per inch.")
@@ -197,18 +200,20 @@ def _options_of(figure: Figure) -> list[str]:
     ]
 
 
-def _size(text: str | None) -> tuple[float, float] | None:
-    """Return width and height from --size, or raise."""
+def _size(text: str | None) -> tuple[float, float | None] | None:
+    """Return the width and, if it is given, the height from --size, or raise."""
     if text is None:
         return None
     try:
-        width, height = map(real, text.split("x"))
+        given = [*map(real, text.split("x"))]
     except ValueError:
-        width = height = 0.0
-    if not (_LEAST <= width <= _MOST and _LEAST <= height <= _MOST):
+        given = []
+    if len(given) not in (1, 2) or not all(_LEAST <= inches <= _MOST for inches in given):
         within = f"{_LEAST:g} to {_MOST:g} inches"
-        raise InputError(f"--size {text!r:.40}: give a width and a height of {within}, such as 6.4x4.8")
-    return width, height
+        raise InputError(
+            f"--size {text!r:.40}: give a width of {within}, and perhaps a height, such as 3.39 or 6.4x4.8"
+        )
+    return given[0], given[1] if len(given) == 2 else None
 
 
 def _of_catalogue(

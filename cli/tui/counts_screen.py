@@ -34,6 +34,12 @@ DRAWN = tuple(name for name in EVERY if name in TALLIED)
 """The columns that a histogram can show, in the order of the table."""
 
 
+def _unit(column: str) -> str:
+    """Return the unit of a column in brackets, to follow its name; empty if it has none."""
+    unit = EVERY[column].unit
+    return f" ({unit})" if unit not in ("", "1") else ""
+
+
 class Count(NamedTuple):
     """The number of rows for which an SQL condition holds, with a label."""
 
@@ -164,9 +170,8 @@ class CountsScreen(OwnScreen[str | None]):
             self.watch_column(self.column)
 
     def watch_column(self, column: str) -> None:
-        entry, bins = EVERY[column], self._bins
-        unit = f" ({entry.unit})" if entry.unit not in ("", "1") else ""
-        self.query_one("#histogram").border_title = f"{column}: {entry.brief}{unit}"
+        bins = self._bins
+        self.query_one("#histogram").border_title = f"{column}: {EVERY[column].brief}{_unit(column)}"
         self.in_thread("values", lambda cancelled: self._values(column, bins, cancelled), self._show_values)
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[dict[str, list[Count]], str]:
@@ -210,7 +215,7 @@ class CountsScreen(OwnScreen[str | None]):
         if not counts:
             self.notify("there is nothing to draw")
             return
-        draw = partial(save_figure, "screen.counts", (counts, column, title))
+        draw = partial(save_figure, "screen.counts", (counts, f"{column}{_unit(column)}", title))
         ask_for_file(self, f"{column}.png", f"the histogram of {column}", draw)
 
     def action_column(self) -> None:

@@ -183,8 +183,8 @@ class StatisticsScreen(OwnScreen[str | None]):
 
         if self.result is None:
             return
-        curves, title = curves_of(self.result, self.reference), self._selection.describe()
-        draw = partial(save_figure, "screen.curves", (curves, _TITLES, title))
+        shown = (self.result, self.reference, self._selection.describe())
+        draw = partial(save_figure, "screen.statistics", shown)
         ask_for_file(self, "statistics.png", "the three plots, one below another", draw)
 
     def action_weight(self) -> None:

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from orbitdb.arrays import Floats
-from orbitdb.plots.style import BLUE, ORANGE
+from orbitdb.plots.style import BLUE, ORANGE, SMALL
 
 if TYPE_CHECKING:
     from orbitdb.quantum.conclusions import Gap
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 _SURE, _LIGHT = 0.9, 0.35
 """Least probability of what is drawn in full, and the opacity of the rest."""
 _SHADE = 0.15
+_ROOM = (0.1, 0.35)
+"""Margin below and above the points, in units of their range; the name of the last gap needs the larger."""
 _MOST_NAMES = 12
 """Gaps are named if there are not more of them."""
 
@@ -37,7 +39,8 @@ def draw_assess(ax: Axes, assessment: "Assessment") -> None:
         high = assessment.k[-1] if gap.before is None else gap.before
         alpha = _SHADE if gap.probability >= _SURE else _SHADE * _LIGHT
         ax.axvspan(low, high, color=ORANGE, alpha=alpha, linewidth=0)
-    ax.margins(y=0.2)
+    low, high = ax.dataLim.intervaly
+    ax.set_ylim(low - _ROOM[0] * (high - low), high + _ROOM[1] * (high - low))
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
     ax.set(xlabel="$kR$", ylabel="levels missing below $k$")
 
@@ -59,19 +62,28 @@ def _draw_steps(ax: Axes, assessment: "Assessment") -> None:
 
 
 def _name(ax: Axes, gap: "Gap", assessment: "Assessment", k: Floats, height: Floats) -> None:
-    """Write how many levels are missing or spurious in a gap, and where, below the end of its step."""
+    """Write how many levels are missing or spurious in a gap, and where, beside its step, above the points.
+
+    The text is upright: it stays inside the figure, and away from that of the next gap.
+    """
     low = -np.inf if gap.after is None else gap.after
     high = np.inf if gap.before is None else gap.before
     every = np.concatenate([assessment.places, assessment.k[assessment.number == 0]])
     inside = every[(every > low) & (every < high)]
     at = float(inside.mean()) if len(inside) else low
-    end = float(height[np.searchsorted(k, min(high, k[-1]), "right") - 1])
+    start, end = (
+        float(height[max(np.searchsorted(k, edge, "right") - 1, 0)]) for edge in (low, min(high, k[-1]))
+    )
+    rising = end >= start
     text = ", ".join(f"{count:+d}" for count in (gap.missing, -gap.spurious) if count)
     ax.annotate(
         f"{text} at {at:.2f}",
-        (at, end),
-        xytext=(5, -11),
+        (inside.min(initial=at) if rising else inside.max(initial=at), min(start, end) + 0.5),
+        xytext=(-2 if rising else 2, 0),
         textcoords="offset points",
+        rotation=90,
+        ha="right" if rising else "left",
+        va="bottom",
         color=ORANGE,
-        fontsize=8,
+        fontsize=SMALL,
     )

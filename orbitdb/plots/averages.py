@@ -6,9 +6,11 @@ from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
-from matplotlib.markers import CARETDOWNBASE, CARETUPBASE
+from matplotlib.markers import CARETDOWN, CARETUP
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import ScaledTranslation
 
 from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, Average
 from orbitdb.answers.results import Result
@@ -92,9 +94,7 @@ def draw_entropy(ax: Axes, result: Result) -> None:
     low, high = values.min() - room, values.max() + room
     if band:
         ax.axhspan(*band, color=PURPLE, alpha=0.5, linewidth=1, label="proved bounds")
-    inside = (h_zeta > low) & (h_zeta < high)
-    label = "$h(p)$, zero of the zeta function to order $p$"
-    ax.plot(p[inside], h_zeta[inside], "s", color=ORANGE, label=label)
+    ax.plot(p, h_zeta, "s", color=ORANGE, label="$h(p)$, zero of the zeta function to order $p$")
     ax.plot(p, k_0, "o-", color=BLUE, label=r"$K_0(p) = \ln N(p)\,/\,p$")
     _limit(ax, low, high)
     _over_periods(ax, ENTROPY)
@@ -115,13 +115,24 @@ def draw_exponent(ax: Axes, result: Result, name: str) -> None:
 
 
 def compare_exponents(ax: Axes, results: Sequence[Result], name: str) -> None:
-    """Draw ``lambda_d`` or ``lambda_c`` at several a against the period, each by the best method it has."""
+    """Draw ``lambda_d`` or ``lambda_c`` at several a against the period, each by the best method it has.
+
+    Bars show its error, except where they would be so long that they hide other curves, at low periods.
+    """
+    bars = []
     for result, colour in zip(results, cycle(INKS.values()), strict=False):
         p, shown = by_period(result)
         for best in [average for average in AVERAGES if np.isfinite(shown[average.of(name)]).any()][-1:]:
-            label = f"$a = {format_float(result.selection.a)}$: {best.brief}"
-            _draw_average(ax, p, shown, best, name, colour, label)
+            values, error = shown[best.of(name)], shown.get(f"{best.of(name)}_error")
+            told = best.brief if error is None else f"{best.brief} (bars: error)"
+            label = f"$a = {format_float(result.selection.a)}$: {told}"
+            ax.plot(p, values, best.line, color=colour, linewidth=1, label=label)
+            if error is not None:
+                bars.append((p, values, error, colour))
     _show_later(ax)
+    for p, values, error, colour in bars:
+        kept = 4 * error < np.ptp(ax.get_ylim())
+        ax.errorbar(p[kept], values[kept], error[kept], fmt="none", color=colour)
     _over_periods(ax, _EXPONENTS[name])
 
 
@@ -148,13 +159,16 @@ def _show_later(ax: Axes) -> None:
 
 
 def _limit(ax: Axes, low: float, high: float) -> None:
-    """Limit the vertical axis; carets at its ends mark the points of curves beyond them."""
-    for line in [*ax.lines]:
-        p, y = np.array(line.get_xdata(), float), np.array(line.get_ydata(), float)
-        for beyond, edge, caret in ((y > high, high, CARETUPBASE), (y < low, low, CARETDOWNBASE)):
+    """Limit the vertical axis; carets at its ends, side by side, mark the points of curves beyond them."""
+    drawn = [(line, *np.array(line.get_data(), float)) for line in ax.lines]
+    drawn = [(line, p, y) for line, p, y in drawn if ((y > high) | (y < low)).any()]
+    for place, (line, p, y) in enumerate(drawn):
+        aside = (place - (len(drawn) - 1) / 2) * 1.25 * rcParams["lines.markersize"]
+        beside = ax.transData + ScaledTranslation(aside / 72, 0, ax.figure.dpi_scale_trans)
+        for beyond, edge, caret in ((y > high, high, CARETUP), (y < low, low, CARETDOWN)):
             if beyond.any():
                 ax.plot(p[beyond], np.full(beyond.sum(), edge), linestyle="", marker=caret,
-                        color=line.get_color(), clip_on=False)  # fmt: skip
+                        color=line.get_color(), clip_on=False, transform=beside)  # fmt: skip
     ax.set_ylim(low, high)
 
 

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from orbitdb.quantum.length_spectrum import Peak, Spectrum
     from orbitdb.quantum.levels import Levels
 
+_ROOM, _ROOM_OF_LABELS = 0.04, 0.16
+"""Margin of a length spectrum at its end without and with labels, in units of the range of its values."""
 _LENGTHS = (1.0, 12.0)
 """Range of lengths in a spectrum; bouncing balls count up to its end."""
 
@@ -57,7 +59,7 @@ def staircase(
     with figure(7.2, 4.2, title) as made:
         ax = made.add_subplot()
         ax.plot(at, np.searchsorted(k, at) - smooth, color=BLUE, linewidth=0.8, label="levels")
-        label = f"orbits, $X = {orbits.cutoffs[0]:g}$"
+        label = f"orbits, cut off at length $X = {orbits.cutoffs[0]:g}\\,R$"
         ax.plot(at, count - smooth, "-", color=ORANGE, linewidth=1, label=label)
         family = family_count(stadium, at, _LENGTHS[1], parity)
         ax.plot(at, family, color=GREEN, linestyle=":", label="bouncing balls alone")
@@ -74,7 +76,7 @@ def assess(
     """
     window = levels is not None and not begins_at_zero(levels, Stadium(chosen.a), parity)
     assessment = catalogue.assess(levels, parity=parity, window=window, a=chosen.a)
-    with figure(7.2, 4.2, assessment.verdict(), assessment.notes) as made:
+    with figure(7.2, 4.2, assessment.verdict().replace("+-", "±"), assessment.notes) as made:
         draw_assess(made.add_subplot(), assessment)
     return made
 
@@ -98,7 +100,10 @@ def draw_spectrum(ax: Axes, spectrum: "Spectrum") -> None:
                     textcoords="offset points", fontsize=SMALL, rotation=90, ha="center",
                     va="bottom" if side > 0 else "top")  # fmt: skip
     ax.axhline(0, color=INK, linewidth=0.6)
-    ax.margins(x=0, y=0.25)
+    low, high = ax.dataLim.intervaly
+    below, above = (_ROOM, _ROOM_OF_LABELS)[::side]
+    ax.set(xlim=(first, last), ylim=(low - below * (high - low), high + above * (high - low)))
+    ax.yaxis.set_major_formatter(lambda tick, _: f"{abs(tick):g}")  # downwards, too, |F| is positive
     ax.set(xlabel="length $x/R$", ylabel=r"$|F(x)|$")
 
 

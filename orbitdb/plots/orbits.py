@@ -12,7 +12,7 @@ from orbitdb.orbits.status import EXISTING
 from orbitdb.plots import paths
 from orbitdb.plots.noted import gaps, nothing
 from orbitdb.plots.registry import EmptyFigureError
-from orbitdb.plots.style import BLUE, ORANGE, Picture, figure, short, wrapped
+from orbitdb.plots.style import BLUE, ORANGE, Picture, figure, inches_wide, short, wrapped
 from orbitdb.store.selection import Selection
 from orbitdb.text import format_float, several
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
 
 _WIDTH = 6.4
-_SHORT = 5
+_SHORT = 3.5
 """Symbols per inch of the width that leave room for the numbers after a code."""
 
 _TITLE = 0.25
@@ -46,7 +46,7 @@ def reverse(orbit: Orbit) -> Picture:
         assert back.points is not None
         paths.draw_orbit(below, Stadium(orbit.a), back.points, back.code, BLUE if same else ORANGE)
         title = f"(b) its time reverse {short(back.code)}: {kind}"
-        below.set_title(wrapped(title, made.get_figwidth()))
+        below.set_title(wrapped(title, inches_wide(below)))
     return made
 
 
@@ -57,7 +57,7 @@ def _draw_path(made: Picture, ax: Axes, orbit: Orbit, which: str) -> None:
     numbers = (
         f"$a = {format_float(orbit.a)}$,  $L = {orbit.length:.4f}\\,R$,  $\\lambda = {orbit.lyapunov:.4f}$"
     )
-    parted = ",  " if len(orbit.code) < _SHORT * made.get_figwidth() else "\n"  # in a narrow figure
+    parted = ",  " if len(which + orbit.code) < _SHORT * made.get_figwidth() else "\n"  # in a narrow figure
     ax.set_title(f"{which}{short(orbit.code)}{parted}{numbers}")
     made.set_label(f"orbit {short(orbit.code)} at a = {format_float(orbit.a)}")
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.markers import CARETDOWN
 from matplotlib.ticker import FixedLocator, LogLocator, MaxNLocator, NullFormatter
 
 from orbitdb.answers.entropy import enclosure
@@ -94,8 +95,9 @@ def births(catalogue: "Catalogue", chosen: Selection) -> Picture:
         above, middle, below = axes = made.subplots(3, 1, sharex=True)
         for p, (colour, style) in zip(shown, _STYLES, strict=False):
             share = _orbits(changes, p, a) / changes[p][1].sum()
-            above.plot(a, share, style, color=colour, label=f"$p = {p}$")
-            if p not in shown[-2:]:  # more would only hide one another
+            below_too = p in shown[-2:]  # more would only hide one another
+            above.plot(a, share, style, color=colour, label=f"$p = {p}${'' if below_too else ' (top only)'}")
+            if not below_too:
                 continue
             places = changes[p][0][changes[p][0] > 0]
             below.stairs(np.histogram(places, edges)[0] / len(places), edges, color=colour, linestyle=style)
@@ -172,15 +174,20 @@ def entropy_over_a(catalogue: "Catalogue", *chosen: Selection, grid: Sequence[fl
     with figure(6.4, 4.2) as made:
         ax = made.add_subplot()
         draw_bounds(ax, bounds)
+        limit = draw_limit(ax)
+        heights = [limit - 0.1, *(each.lower for each in bounds if each.lower > 0)]
         for p in [p for p in changes if chosen[0].includes(p) and _gapless(changes, p)][-1:]:
             first, last = (min(first, 0.2), max(last, 20.0)) if len(bounds) <= _FEW else (first, last)
             places = np.geomspace(first, last, PLACES_OF_BOUNDS)
             values = _entropies(changes, p, places)
             ax.plot(places, values, color=BLUE, linewidth=1, label=f"$h({p}; a)$, from births (not proved)")
             _mark_end(ax, places, values, p)
-        limit = draw_limit(ax)
-        low = min(ax.dataLim.y0, limit - 0.1)
-        ax.set(ylabel=ENTROPY, ylim=(low - 0.02, limit + 0.02))
+            heights += values[np.isfinite(values)].tolist()
+        low = min(heights) - 0.02
+        beyond = [each.a for each in bounds if each.lower < low]  # the bound 0, which needs no proof
+        if beyond:  # constrained layout would leave room for an empty line
+            ax.plot(beyond, [low] * len(beyond), linestyle="", marker=CARETDOWN, color=PURPLE, clip_on=False)
+        ax.set(ylabel=ENTROPY, ylim=(low, limit + 0.02))
         over_a(ax, first, last)
         made.set_label("topological entropy against a")
     return made
@@ -245,14 +252,17 @@ def life(orbit: Orbit) -> Picture:
         paths.draw_orbit(above, Stadium(first.a), first.points, first.code)
         said = f"is born at $a = {first.a:.6g}$" if lives[0][0] else f"exists at $a = {first.a:.6g}$"
         above.set_title(f"{short(orbit.code)} {said}")
-        draw_life((middle, below), orbit.code, a, ends)
+        draw_life((middle, below), orbit.code, a, lives)
         middle.label_outer()
         made.set_label(f"life of {name}")
     return made
 
 
-def draw_life(axes: Sequence[Axes], code: str, a: Floats, ends: Sequence[float]) -> None:
-    """Draw the length and lambda of a word against a, shape (n,), with the births and deaths `ends`."""
+def draw_life(
+    axes: Sequence[Axes], code: str, a: Floats, lives: Sequence[tuple[float, float | None]]
+) -> None:
+    """Draw the length and lambda of a word against a, shape (n,), with the births and deaths of `lives`."""
+    ends = [(end, said) for life in lives for end, said in zip(life, ("born", "dies"), strict=True) if end]
     orbits = [solve_word(code, at) for at in a.tolist()]
     numbers = np.array([
         (np.nan, np.nan) if solved.status != "orbit" else (solved.length or np.nan, solved.lyapunov or np.nan)
@@ -262,11 +272,11 @@ def draw_life(axes: Sequence[Axes], code: str, a: Floats, ends: Sequence[float])
         axes, numbers.T, ("length $L/R$", r"$\lambda$"), (BLUE, ORANGE), strict=True
     ):
         ax.plot(a, values, color=colour)
-        for end in ends:
+        for end, _ in ends:
             ax.axvline(end, color=GREY, linewidth=0.8, linestyle=":")
         ax.set(ylabel=label)
         over_a(ax, a[0], a[-1])
-    for end in ends:
-        axes[0].annotate(f"{end:.4g}", (end, 1), xycoords=("data", "axes fraction"), xytext=(-2, -2),
+    for end, said in ends:
+        axes[0].annotate(f"{said} {end:.4g}", (end, 1), xycoords=("data", "axes fraction"), xytext=(-2, -2),
                          textcoords="offset points", rotation=90, ha="right", va="top", fontsize=SMALL,
                          color=GREY)  # fmt: skip

@@ -12,7 +12,19 @@ from matplotlib.collections import LineCollection
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.plots.style import BLUE, FAINT, INK, SMALL, Colours, closed, inches_wide, look, short, wrapped
+from orbitdb.plots.style import (
+    BLUE,
+    FAINT,
+    INK,
+    SMALL,
+    Colours,
+    closed,
+    inches_wide,
+    look,
+    short,
+    width_or,
+    wrapped,
+)
 from orbitdb.plots.svg import MOST_LABELLED, symbol_labels
 
 _MOST_MARKED = 60
@@ -168,9 +180,16 @@ def columns_of(count: int, a: float, shape: float) -> int:
 
 def size_of(count: int, a: float) -> tuple[float, float]:
     """Return the width and height, in inches, of a figure with `count` orbits."""
-    columns = max(1, math.ceil(math.sqrt(0.8 * count * _HIGH / _width(a))))
-    width = max(4.0, columns * max(_width(a) * _UNIT, _LABEL))
+    columns, column = max(1, math.ceil(math.sqrt(0.8 * count * _HIGH / _width(a)))), _column(a)
+    usual = max(4.0, columns * column)
+    if (width := width_or(usual)) != usual:
+        columns = max(1, int(width / column))
     return width, math.ceil(count / columns) * _HIGH * _UNIT + 0.6
+
+
+def _column(a: float) -> float:
+    """Return the width of a drawing with its label in a separate figure, in inches."""
+    return max(_width(a) * _UNIT, _LABEL)
 
 
 def draw_sheet(ax: Axes, orbits: Sequence[Orbit]) -> None:

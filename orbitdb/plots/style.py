@@ -1,5 +1,6 @@
 """Style and output of figures: colours for the colour-blind, sizes for print, and no need for a display."""
 
+import re
 import textwrap
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -27,6 +28,8 @@ SMALL = 7
 INKS = {"one": BLUE, "two": ORANGE, "three": GREEN, "four": PURPLE, "five": INK, "six": GREY}
 """The colour of each ink; the screen uses the same names of inks."""
 
+_KEPT = "\N{NO-BREAK SPACE}"
+
 _LINE, _BESIDE = 0.17, 0.2
 """Height of a line of the title, and the sum of the margins on its left and right, in inches."""
 
@@ -52,9 +55,9 @@ _LOOK: Any = {
 }
 
 
-_NARROW = 4.5
+NARROW = 4.5
 """Narrower figures, in inches, have smaller text: one column of a journal is 3.4 inches (8.6 cm) wide."""
-_LOOK_NARROW: Any = _LOOK | {
+_LOOKNARROW: Any = _LOOK | {
     "font.size": 8,
     "axes.labelsize": 8,
     "axes.titlesize": 8,
@@ -64,15 +67,15 @@ _LOOK_NARROW: Any = _LOOK | {
     "lines.markersize": 3.5,
 }
 
-Size = tuple[float, float]
-"""Width and height of a figure in inches."""
+Size = tuple[float, float | None]
+"""Width and height of a figure in inches; without a height, the figure chooses one that suits the width."""
 
 _size: ContextVar[Size | None] = ContextVar("size", default=None)
 
 
 @contextmanager
 def sized(size: Size | None) -> Iterator[None]:
-    """Give every figure that is made within the context a size, unless it is None."""
+    """Give every figure that is made within the context a size, or only a width, unless it is None."""
     token = _size.set(size)
     try:
         yield
@@ -80,10 +83,16 @@ def sized(size: Size | None) -> Iterator[None]:
         _size.reset(token)
 
 
+def width_or(usual: float) -> float:
+    """Return the width, in inches, that `sized` asks for, or else the usual one."""
+    asked = _size.get()
+    return asked[0] if asked else usual
+
+
 @contextmanager
 def look(width: float = 6.4) -> Iterator[None]:
     """Set the style of figures of a width, in inches, for everything drawn within the context."""
-    with rc_context(_LOOK if width >= _NARROW else _LOOK_NARROW):
+    with rc_context(_LOOK if width >= NARROW else _LOOKNARROW):
         yield
 
 
@@ -125,16 +134,17 @@ class Picture(Figure):
 def figure(width: float, height: float, title: str = "", notes: Iterable[str] = ()) -> Iterator[Picture]:
     """Create a figure of the given size in inches; whatever is drawn within the context has our style.
 
-    `sized` replaces the size. The title also becomes the figure's label; each line after the first adds to
-    the height. Axes without a legend of their own share a legend below them, where it covers no points.
+    `sized` replaces the size, or only the width: the height then changes by the square root of the same
+    factor, because texts do not shrink with the width. The title also becomes the figure's label; each line
+    after the first adds to the height. Axes without a legend of their own share a legend below them, where
+    it covers no points.
     """
-    asked = _size.get()
-    width = asked[0] if asked else width
+    usual, width = width, width_or(width)
     with look(width):
         lines = wrapped(title, width)
-        made = Picture(
-            figsize=asked or (width, height + _LINE * lines.count("\n")), layout="constrained", label=title
-        )
+        suited = height * (width / usual) ** 0.5 + _LINE * lines.count("\n")
+        _, asked = _size.get() or (width, None)
+        made = Picture(figsize=(width, asked or suited), layout="constrained", label=title)
         made.notes = tuple(notes)
         if title:
             made.suptitle(lines, fontsize=rcParams["axes.titlesize"])
@@ -149,7 +159,8 @@ def figure(width: float, height: float, title: str = "", notes: Iterable[str] = 
 
 
 def wrapped(text: str, width: float) -> str:
-    """Wrap a title into at most three lines, each at most `width` inches wide."""
+    """Wrap a title into at most three lines, each at most `width` inches wide; keep ``a = 1.6`` together."""
+    text = re.sub(r" ([=±]) |(?<=\bP) ", lambda blank: blank[0].replace(" ", _KEPT), text)
     size = rcParams["axes.titlesize"]
     if not isinstance(size, int | float):
         size = _LOOK["axes.titlesize"]  # outside our style
@@ -158,7 +169,7 @@ def wrapped(text: str, width: float) -> str:
         lines = textwrap.wrap(text, length, max_lines=3, placeholder=" ...")
         if all(TextPath((0, 0), plain(line), size=size).get_extents().width <= room for line in lines):
             break
-    return plain("\n".join(lines))
+    return plain("\n".join(lines).replace(_KEPT, " "))
 
 
 def short(code: str, most: int = 30) -> str:
@@ -167,8 +178,8 @@ def short(code: str, most: int = 30) -> str:
 
 
 def plain(text: str) -> str:
-    """Escape the dollars and the non-ASCII letters of a text, so that matplotlib draws it literally."""
-    return text.encode("ascii", "backslashreplace").decode("ascii").replace("$", r"\$")
+    """Escape the dollars and the letters beyond Latin-1 of a text, so that matplotlib draws it literally."""
+    return text.encode("latin-1", "backslashreplace").decode("latin-1").replace("$", r"\$")
 
 
 def entitle(made: Figure, title: str) -> None:

@@ -17,7 +17,7 @@ from orbitdb.arrays import Floats, Marks
 from orbitdb.errors import InputError
 from orbitdb.orbits.status import Status
 from orbitdb.plots.noted import gaps, nothing
-from orbitdb.plots.style import BLUE, GREY, INK, INKS, ORANGE, SMALL, Picture, figure
+from orbitdb.plots.style import BLUE, GREY, INK, INKS, NARROW, ORANGE, SMALL, Picture, figure, width_or
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.plane import PIECE
 from orbitdb.symbols.plane import symbol_plane as points_of
@@ -61,6 +61,8 @@ MOST_WORDS = 1_000_000
 _WITH_POINTS = (Status.ORBIT, Status.DYNAMICAL)
 _SIZE, _BETWEEN, _LAYOUTS = (7.2, 4.75), 0.06, 3
 """Width and height of a figure, in inches, the gap between its planes as a part of its width, and rounds."""
+_STACKED = 2.0
+"""Height of a narrow figure, whose planes are one below the other, in units of its width."""
 
 
 class Points(NamedTuple):
@@ -95,7 +97,7 @@ def symbol_plane(catalogue: "Catalogue", *chosen: Selection) -> Picture:
     if not total:
         raise nothing(catalogue, shown)
     front, points = PruningFront(shown.a), _points(catalogue.select(shown))
-    with figure(*_SIZE, shown.describe(), gaps(catalogue, shown)) as made:
+    with figure(*_size(), shown.describe(), gaps(catalogue, shown)) as made:
         for ax, each in zip(_two_planes(made), (front.walls, front.semicircles), strict=True):
             draw_plane(ax, each)
             draw_points(ax, each, Points(*(part[points.curved == each.curved] for part in points)))
@@ -118,7 +120,7 @@ def _fronts(chosen: Sequence[Selection]) -> Picture:
     if any(replace(each, statuses=()) != Selection(each.a) for each in chosen):
         raise InputError("several a show the fronts alone: leave out the options that choose words")
     title = f"pruning fronts at a = {', '.join(format_float(each.a) for each in chosen)}"
-    with figure(*_SIZE, title) as made:
+    with figure(*_size(), title) as made:
         first, second = _two_planes(made)
         for each, colour in zip(chosen, cycle(INKS.values()), strict=False):
             front, label = PruningFront(each.a), f"$a = {format_float(each.a)}$"
@@ -127,6 +129,12 @@ def _fronts(chosen: Sequence[Selection]) -> Picture:
         for ax, curved in ((first, False), (second, True)):
             _draw_frame(ax, curved)
     return _settled(made)
+
+
+def _size() -> tuple[float, float]:
+    """Return the width and height of a figure, in inches."""
+    wide = width_or(_SIZE[0])
+    return (wide, _STACKED * wide) if wide < NARROW else _SIZE
 
 
 def _two_planes(made: Figure) -> list[Axes]:

@@ -17,6 +17,8 @@ LONG = dict.fromkeys(
     (
         "assess.svg",
         "births.svg",
+        "card-deviations.svg",
+        "card-spectrum.svg",
         "deviations.svg",
         "entropy-over-a.svg",
         "rigidity.svg",

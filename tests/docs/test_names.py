@@ -110,7 +110,7 @@ def test_every_column_is_in_the_data_dictionary():
     program.fill_in(None, "columns", page)
     told = dict(re.findall(r"(?m)^\| `(\w+)` \|(.+)\|$", page[0].partition("## Statuses")[0]))
     assert set(columns) < set(told)
-    assert "| number | radius | `length_error` | length of one traversal" in page[0]
+    assert "length of one traversal, L | number | radius | `length_error`" in page[0]
     assert {len(row.split("|")) for row in told.values()} == {5}
 
 
@@ -146,6 +146,16 @@ def test_outputs_of_the_notebook_are_in_comments_and_on_the_page():
     output = r"(?m)^(?:```text|!\[)"
     assert not re.search(output, re.sub(r"(?s)<!--.*?-->", "", written))
     assert len(re.findall(output, re.sub(r"(?s)<!--.*?-->", "", built[0]))) == written.count("<!-- shows") > 5
+
+
+def test_every_name_in_the_tables_of_the_api_is_a_link():
+    built = [(pages.ROOT / "docs/api.md").read_text(encoding="utf-8")]
+    program.fill_in(None, "api", built)
+    rows = re.findall(r"(?m)^\| ([^|]+) \| .+ \|$", built[0])
+    first = [cell for cell in rows if cell not in ("name", "---")]
+    linked = [re.fullmatch(r"\{py:obj\}`~orbitdb\.(\w+)`|\[`(\w+)`\]\(\S+\)", cell) for cell in first]
+    named = [link[1] or link[2] for link in linked if link]
+    assert sorted(["__version__", *named]) == sorted(orbitdb.__all__)
 
 
 @pytest.mark.parametrize("page", pages.PAGES, ids=lambda page: page.stem)

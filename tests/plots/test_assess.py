@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from figures import extents_of_texts, texts_are_readable
 
 from orbitdb import Catalogue, Selection
-from orbitdb.plots import levels
+from orbitdb.plots import assess, levels, style
 from orbitdb.quantum.weyl import Parity
 
 
@@ -35,3 +36,20 @@ def test_a_list_that_does_not_begin_with_the_lowest_level_is_drawn_as_a_window(f
     drawn, excess = np.array(points.get_data(), dtype=float)
     assert set(drawn) <= set(k.tolist())
     assert np.abs(excess).max() < 0.5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [3.39, 7.0])
+def test_the_names_of_gaps_are_clear_of_the_points(filled_once, exact_once, width):
+    few = np.delete(exact_once[exact_once < 12], [5, 11])
+    few = np.sort(np.append(few, few[2] + 0.1))
+    found = Catalogue(filled_once).assess(few, parity="oo")
+    with style.sized((width, None)), style.figure(7.2, 4.2, found.verdict()) as made:
+        assess.draw_assess(made.add_subplot(), found)
+    texts_are_readable(made)
+    (ax,) = made.axes
+    extents = extents_of_texts(made)
+    assert len(ax.texts) == 3
+    points = [ax.transData.transform(line.get_xydata()) for line in ax.lines if line.get_marker() == "."]
+    for name in ax.texts:
+        assert not extents[name].count_contains(np.concatenate(points))

@@ -70,10 +70,9 @@ def test_the_figure_of_entropy_shows_whole_periods_and_proved_bounds(known):
     assert p.tolist() == [2, 3, 4, 5]
     assert k_0 == pytest.approx(found.K_0)
     assert ax.containers == []  # no error bars: a change between two periods bounds nothing
-    shown = dict(zip(*named(ax, "$h(p)$"), strict=True))
-    expected = dict(zip(found.p.tolist(), found.h_zeta.tolist(), strict=True))
-    assert {4, 5} <= set(shown) == set(expected) & set(shown)
-    assert shown == {p: pytest.approx(expected[p]) for p in shown}
+    p, h_zeta = named(ax, "$h(p)$")
+    assert p.tolist() == [2, 3, 4, 5]
+    np.testing.assert_allclose(h_zeta, found.h_zeta)
     (band,) = ax.patches
     proved = answer(known.path, enclosure, 1.6).bounds
     assert (band.get_y(), band.get_height()) == pytest.approx((proved.lower, proved.upper - proved.lower))
@@ -83,9 +82,14 @@ def test_the_figure_of_entropy_shows_whole_periods_and_proved_bounds(known):
     room = 0.12 * (max(inside) - min(inside))
     assert ax.get_ylim() == pytest.approx((min(inside) - room, max(inside) + room))
     assert ax.get_xlim() == (1.3, 5.5)
-    caret = ax.lines[-1]  # what is below the axis
-    assert caret.get_xydata().tolist() == [[2, pytest.approx(min(inside) - room)]]
-    assert k_0[0] < ax.get_ylim()[0]
+    low, high = ax.get_ylim()
+    for caret, values in zip(ax.lines[2:], (h_zeta, k_0), strict=True):  # what is below the axis
+        below = p[values < low].tolist()
+        assert caret.get_xydata().tolist() == [[period, pytest.approx(low)] for period in below]
+        assert 2 in below
+    assert np.nanmax([h_zeta, k_0]) < high
+    beside = [line.get_transform().transform((2.0, low)) for line in ax.lines[2:]]
+    assert 4 < beside[1][0] - beside[0][0] < 20  # pixels
     assert "$h(p)$" in [text.get_text()[:6] for text in made.legends[0].get_texts()]
     assert made.notes == ("h_zeta lies outside the proved bounds at periods 2-5",)
     upper = draw("entropy", known, Selection(1.6, periods=((3, 5),)), 0)
@@ -130,6 +134,28 @@ def test_the_figure_of_exponents_shows_every_method(known):
         "sum ",
     ]
     assert any("'orbitdb simulate --a 1'" in line for line in bare.notes)
+
+
+@pytest.mark.slow
+def test_exponents_at_several_a_have_bars_that_hide_no_other(known):
+    chosen = [Selection(a, periods=((2, 6),)) for a in (1.6, 1.0)]
+    made: Any = load_function("averages.lyapunov")(known, *chosen)
+    for ax, name in zip(made.axes, ("lambda_d", "lambda_c"), strict=True):
+        low, high = ax.get_ylim()
+        expected = []
+        for subset in chosen:
+            found = known.lyapunov(subset)
+            values, errors = (np.array(found[f"{name}_sum_rule{end}"], float) for end in ("", "_error"))
+            expected.append(
+                [
+                    (p, pytest.approx(value - error), pytest.approx(value + error))
+                    for p, value, error in zip(found["p"], values, errors, strict=True)
+                    if 4 * error < high - low
+                ]
+            )
+        bars = [[(p, start, end) for (p, start), (_, end) in each.get_segments()] for each in ax.collections]
+        assert bars == expected
+        assert legend(ax) == [f"$a = {a}$: sum rules (bars: error)" for a in ("1.6", "1")]
 
 
 def assert_later_periods_fill(axes: Any) -> None:
@@ -286,10 +312,10 @@ def test_the_figures_of_levels_show_levels_and_orbits(known, tmp_path):
     np.testing.assert_allclose(rest, np.searchsorted(k, at) - weyl(stadium, None)(at))
     classes, _ = answer(path, read_orbits, chosen)
     orbits = orbits_for(stadium, classes, None, np.array([9.0])).at(at)[0]
-    np.testing.assert_allclose(named(ax, "orbits, $X = 10$")[1], orbits - weyl(stadium, None)(at))
+    np.testing.assert_allclose(named(ax, "orbits, cut off")[1], orbits - weyl(stadium, None)(at))
     np.testing.assert_allclose(named(ax, "bouncing balls")[1], family_count(stadium, at, 12.0))
     assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, all parities, k below 9"
-    assert legend(ax) == ["levels", "orbits, $X = 10$", "bouncing balls alone"]
+    assert legend(ax) == ["levels", r"orbits, cut off at length $X = 10\,R$", "bouncing balls alone"]
     says(ax, "$kR$", "levels below $k$\nminus Weyl's law")
     spectrum: Any = levels.spectrum(catalogue, chosen)
     found = catalogue.spectrum(points=1000)
@@ -315,7 +341,10 @@ def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
     low = -np.abs(found.orbits).max()
     high = 0 if found.quantum is None else np.abs(found.quantum).max()
     assert ax.get_xlim() == (1, 12)
-    assert ax.get_ylim() == pytest.approx((low - 0.25 * (high - low), high + 0.25 * (high - low)))
+    below, above = (0.04, 0.16)[::side]
+    assert ax.get_ylim() == pytest.approx((low - below * (high - low), high + above * (high - low)))
+    ax.figure.draw_without_rendering()
+    assert [float(text.get_text()) for text in ax.get_yticklabels()] == np.abs(ax.get_yticks()).tolist()
     says(ax, "length $x/R$", r"$|F(x)|$")
 
 

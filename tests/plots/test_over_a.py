@@ -15,6 +15,7 @@ import pytest
 from contents import alter
 from figures import heights, legend, named, paths_of, says
 from matplotlib.colors import to_hex
+from matplotlib.markers import CARETDOWN
 from there import there
 
 from orbitdb import Catalogue, Selection, solve_word
@@ -115,6 +116,13 @@ def test_the_figure_of_a_life_follows_an_orbit_over_a(word):
         assert all(np.abs(a / end - 1).min() < 1e-8 for end in ends)
         assert (ax.get_xscale(), ax.get_xlim()) == ("log", (a[0], a[-1]))
     assert exponent.get_xlabel() == "half length $a/R$"
+    told = [
+        f"{said} {end:.4g}"
+        for life in exists
+        for end, said in zip(life, ("born", "dies"), strict=True)
+        if end
+    ]
+    assert [text.get_text() for text in length.texts] == told
 
 
 @pytest.mark.usefixtures("few_places")
@@ -153,6 +161,31 @@ def test_the_figure_of_entropy_over_a_shows_bounds_and_births(known):
     k = int(np.argmin(np.abs(np.log(a / here))))
     assert h[k] == pytest.approx(entropy_at(known, 6, a[k]))
     assert named(ax, "upper bound")[1] == pytest.approx([geometric_entropy()] * 2)
+    useful = [each.lower for each in curve if each.lower > 0]
+    low = min([geometric_entropy() - 0.1, *useful, *h[np.isfinite(h)]]) - 0.02
+    assert ax.get_ylim() == pytest.approx((low, geometric_entropy() + 0.02))
+
+
+@pytest.mark.usefixtures("few_places")
+def test_a_trivial_bound_does_not_stretch_the_axis_of_the_entropy(known, monkeypatch):
+    curve = known.entropy_curve()
+    trivial = replace(curve[0], a=0.5, lower=0.0)
+    monkeypatch.setattr(Catalogue, "entropy_curve", lambda _: [trivial, *curve])
+    made: Any = over_a.entropy_over_a(known, Selection(1.6))
+    (ax,) = made.axes
+    low, _ = ax.get_ylim()
+    assert low > 0.5
+    carets = [line.get_xydata().tolist() for line in ax.lines if line.get_marker() == CARETDOWN]
+    assert carets == [[[0.5, low]]]
+
+
+@pytest.mark.usefixtures("few_places")
+def test_the_legend_of_births_names_the_periods_of_the_first_panel_alone(known, monkeypatch):
+    changes = {p: (np.array([0.0, p / 4]), np.array([1, 1])) for p in (2, 3, 4, 5)}
+    monkeypatch.setattr(over_a, "_changes", lambda *_: changes)
+    shares, _, below = over_a.births(known, Selection(1.6)).axes
+    assert legend(shares) == ["$p = 2$ (top only)", "$p = 3$ (top only)", "$p = 4$", "$p = 5$"]
+    assert len(below.patches) == 2
 
 
 @pytest.mark.usefixtures("few_places")

@@ -10,6 +10,7 @@ from PIL import Image
 from there import there
 
 from orbitdb import Catalogue
+from orbitdb.plots import style
 from orbitdb.plots.levels import times as times_of
 from orbitdb.quantum.length_spectrum import Peak
 
@@ -76,6 +77,22 @@ def test_a_sheet_fills_the_given_size_and_its_text_stays_text(cli, filled, drawn
         rows.append(len({round(text.xy[1], 3) for text in drawn[-1].axes[0].texts}))
     assert rows[0] < rows[1]
     assert f">{labels(drawn[-1])[0]}</text>" in path.read_text(encoding="utf-8")
+
+
+def test_a_size_of_one_number_is_the_width(cli, filled, drawn, tmp_path):
+    asked = ("--p", "2-4", "-o", str(tmp_path / "f.svg"), "--force", "--db", str(filled))
+    assert cli("plot", "entropy", "--size", "3.39", *asked).code == 0
+    assert drawn[0].get_size_inches().tolist() == [3.39, pytest.approx(4.2 * (3.39 / 6.4) ** 0.5)]
+    refused = cli("plot", "entropy", "--size", "3.39x", *asked)
+    assert "give a width of 1 to 100 inches, and perhaps a height" in refused.err
+
+
+def test_a_title_is_not_broken_within_an_equation():
+    for width in (3.39, 4.0):
+        title = style.wrapped("3.0 ± 0.1 of 179 levels are missing at a = 1.6 (P 0.997)", width)
+        assert title.replace("\n", " ") == "3.0 ± 0.1 of 179 levels are missing at a = 1.6 (P 0.997)"
+        lines = title.split("\n")
+        assert not any(line.endswith((" =", " a", "P", "±", "3.0")) or line[0] in "=±" for line in lines)
 
 
 @pytest.mark.slow

@@ -1,10 +1,16 @@
 """Read the contents of figures back from their axes."""
 
+from itertools import combinations
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 
 from orbitdb.arrays import Floats
 from orbitdb.plots.style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE
@@ -56,3 +62,30 @@ def says(ax: Axes, x: str, y: str) -> None:
 def by_period(ax: Axes, label: str) -> None:
     says(ax, "period $p$ (bounces)", label)
     assert all(tick == round(tick) for tick in ax.get_xticks())
+
+
+def extents_of_texts(made: Figure) -> dict[Text, Bbox]:
+    """Draw a figure; return where it has texts, without those that stay undrawn, such as ticks outside."""
+    shown, draw = dict[Text, Bbox](), Text.draw
+
+    def note(text: Text, renderer: Any) -> None:
+        if text.get_visible() and text.get_text().strip():
+            shown[text] = text.get_window_extent(renderer)
+        draw(text, renderer)
+
+    canvas: Any = FigureCanvasAgg(made)
+    canvas.draw()  # which settles the layout
+    with patch.object(Text, "draw", note):
+        canvas.draw()
+    return shown
+
+
+def texts_are_readable(made: Figure) -> None:
+    """Check that each text has 7 points or more, is inside the figure and does not overlap another."""
+    extents, box = extents_of_texts(made), made.bbox.padded(1)
+    for text, extent in extents.items():
+        assert float(text.get_fontsize()) >= 7 - 1e-9, text
+        assert box.x0 <= extent.x0 <= extent.x1 <= box.x1, text
+        assert box.y0 <= extent.y0 <= extent.y1 <= box.y1, text
+    for (one, extent), (other, beside) in combinations(extents.items(), 2):
+        assert not extent.padded(-0.5).overlaps(beside.padded(-0.5)), (one, other)
