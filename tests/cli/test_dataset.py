@@ -76,6 +76,7 @@ def test_other_tools_read_the_same_orbits_as_the_catalogue(known, folder):
     assert kept.compression == "ZSTD"
 
 
+@pytest.mark.slow
 def test_other_tools_read_the_same_tables_as_the_catalogue(known, folder):
     classes = pandas.read_parquet(folder / "classes.parquet")
     assert classes["representative"].tolist() == [

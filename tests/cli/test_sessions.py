@@ -27,7 +27,7 @@ CHANGES = [
 """Texts that change with every run, or whose last digits depend on the machine."""
 
 
-@pytest.mark.parametrize("name", slow_but(["words", "storing"], SESSIONS))
+@pytest.mark.parametrize("name", slow_but(["storing"], SESSIONS))
 def test_a_session_has_not_changed(name, cli, tmp_path, monkeypatch, request):
     monkeypatch.chdir(tmp_path)
     session = SESSIONS[name]

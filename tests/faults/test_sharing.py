@@ -11,7 +11,6 @@ from types import SimpleNamespace
 import pytest
 from contents import ask, content, is_sound
 from processes import run, run_several, small_blocks, start, wait_until_ready
-from quick import slow_but
 from sqlalchemy.pool import StaticPool
 from there import there
 
@@ -124,7 +123,8 @@ def test_a_fill_waits_for_a_lock(filled):
         giving_back.join()
 
 
-@pytest.mark.parametrize("command", slow_but(["fill --p 8"], ["fill --p 8", "sweep --p 9", "delete --yes"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["fill --p 8", "sweep --p 9", "delete --yes"])
 def test_a_blocked_writer_says_once_that_it_waits(filled, command):
     """It says so while it waits: the other process only ends after it has read this."""
     with closing(sqlite3.connect(filled, isolation_level=None)) as other:

@@ -250,7 +250,8 @@ def test_a_duplicate_level_is_spurious(orbits, exact):
         assert "1 is spurious or duplicate" in found.verdict()
 
 
-@pytest.mark.parametrize("off", [pytest.param(-0.003, marks=pytest.mark.slow), 0.0021])
+@pytest.mark.slow
+@pytest.mark.parametrize("off", [-0.003, 0.0021])
 def test_the_radius_is_found_from_the_levels(orbits, exact, off):
     found = assess(exact[:-1] * (1 + off), orbits, Stadium(1.6), Parity.OO, fit_scale=True)
     assert abs(found.scale * (1 + off) - 1) < 4 * found.scale_error < 4e-3

@@ -62,6 +62,7 @@ def test_pages_agree_with_a_list_and_find_words(asked, criteria, ordering, names
         assert pages.position(word) is None
 
 
+@pytest.mark.slow
 @given(criteria=CRITERIA, ordering=ORDERINGS, typed=TYPED)
 @example({"status": "all"}, Ordering("code", True), "22")
 @example({"status": "all"}, NATURAL, "02")
