@@ -57,7 +57,7 @@ _LOOK: Any = {
 
 NARROW = 4.5
 """Narrower figures, in inches, have smaller text: one column of a journal is 3.4 inches (8.6 cm) wide."""
-_LOOKNARROW: Any = _LOOK | {
+_LOOK_NARROW: Any = _LOOK | {
     "font.size": 8,
     "axes.labelsize": 8,
     "axes.titlesize": 8,
@@ -92,7 +92,7 @@ def width_or(usual: float) -> float:
 @contextmanager
 def look(width: float = 6.4) -> Iterator[None]:
     """Set the style of figures of a width, in inches, for everything drawn within the context."""
-    with rc_context(_LOOK if width >= NARROW else _LOOKNARROW):
+    with rc_context(_LOOK if width >= NARROW else _LOOK_NARROW):
         yield
 
 
