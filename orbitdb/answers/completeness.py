@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orbitdb.arrays import Integers
-from orbitdb.errors import AlteredError, InputError
+from orbitdb.errors import AlteredError, InputError, NotStoredError
 from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import DATABASE_ERRORS, Connection
@@ -270,6 +270,12 @@ def without_births(
     born = periods_with_births(connection)
     filled = (fill.p for fill in read_fills(connection, chosen.a) if chosen.includes(fill.p))
     return [p for p in filled if p <= MAX_PERIOD and p not in born]
+
+
+def no_orbits(a: float) -> NotStoredError:
+    """Return the error that no orbits are stored at an a."""
+    at = format_float(a)
+    return NotStoredError(f"no orbits at a = {at}: 'orbitdb fill --p 11 --a {at}' finds some")
 
 
 def nothing(connection: Connection, chosen: Selection, swept: bool = False) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from orbitdb.answers.complete_periods import read_classes
-from orbitdb.answers.completeness import highest_filled
+from orbitdb.answers.completeness import highest_filled, no_orbits
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
@@ -171,10 +171,7 @@ def read_orbits(connection: Connection, chosen: Selection) -> tuple[OrbitClasses
     statuses = (Status.ORBIT, Status.BOUNDARY)
     classes = read_classes(connection, replace(chosen, statuses=statuses), ("symmetry", "representative"))
     if not len(classes):
-        raise NotStoredError(
-            f"no orbits at a = {format_float(chosen.a)}: 'orbitdb fill --p 11 --a {format_float(chosen.a)}' "
-            "finds some"
-        )
+        raise no_orbits(chosen.a)
     return classes, highest_filled(read_fills(connection, chosen.a), chosen)
 
 

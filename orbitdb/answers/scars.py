@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from orbitdb.answers.completeness import no_orbits
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
@@ -133,9 +134,7 @@ def shortest_orbits(connection: Connection, a: float) -> list[Orbit]:
     words = [word for (word,) in rows]
     orbits = [orbit for word in words if (orbit := find_word(connection, word, a)) is not None]
     if not orbits:
-        raise InputError(
-            f"no orbits at a = {format_float(a)}: 'orbitdb fill --p 11 --a {format_float(a)}' finds some"
-        )
+        raise no_orbits(a)
     return [solve_word("02", a), *orbits]
 
 
