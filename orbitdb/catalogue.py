@@ -111,7 +111,7 @@ class Catalogue:
     ) -> None:
         self._a = None if a is None else Stadium(a).a
         self._missing_ok = missing_ok
-        self._file = Store(path, missing_ok)
+        self._store = Store(path, missing_ok)
         self._of_thread = threading.local()
 
     @classmethod
@@ -130,12 +130,12 @@ class Catalogue:
     @property
     def path(self) -> Path:
         """Absolute path of the file."""
-        return self._file.path
+        return self._store.path
 
     @property
     def missing(self) -> bool:
         """Whether there is no file yet (`missing_ok`)."""
-        return not self._file.there()
+        return not self._store.there()
 
     @property
     def warning(self) -> str | None:
@@ -190,7 +190,7 @@ class Catalogue:
         """Return the moment of this thread's snapshot, or else a new one, which a generator may keep open."""
         opened: Connection | None = getattr(self._of_thread, "moment", None)
         if opened is None or opened.invalidated:  # a forked process inherits no snapshot
-            return self._file.snapshot(cancelled)
+            return self._store.snapshot(cancelled)
         return _joined(opened)
 
     def __enter__(self) -> Self:
@@ -201,7 +201,7 @@ class Catalogue:
 
     def close(self) -> None:
         """Close the file; a further question opens it again."""
-        self._file.close()
+        self._store.close()
 
     @property
     def engine(self) -> "sqlalchemy.Engine":
@@ -210,7 +210,7 @@ class Catalogue:
         Its connections read the tables and views of `orbitdb sql`, and know ``code()`` and ``contains()``;
         they cannot write.
         """
-        return self._file.engine
+        return self._store.engine
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle only the arguments; the copy opens the file itself."""
@@ -460,7 +460,7 @@ class Catalogue:
         013 10.850685
         """
         from orbitdb.answers.listing import Listing
-        from orbitdb.store.query import COLUMNS
+        from orbitdb.store.selection_sql import COLUMNS
 
         first = check_int("offset", offset, 0)
         most = None if limit is None else check_int("limit", limit, 0)
@@ -473,7 +473,7 @@ class Catalogue:
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
         """Return the number of words in a chosen subset, given as in `select`."""
-        from orbitdb.store.query import select_words
+        from orbitdb.store.selection_sql import select_words
 
         return len(self._answer(select_words, selection, criteria))
 
@@ -1457,7 +1457,7 @@ class Catalogue:
         self, read: Callable[..., Iterable[Any]], periods: Collection[int], *arguments: Any
     ) -> "Rows[Any]":
         """Return what was just stored of some periods, which a snapshot of this thread does not show."""
-        with self._file.snapshot() as connection:
+        with self._store.snapshot() as connection:
             return Rows(one for one in read(connection, *arguments) if one.p in periods)
 
     def _answer(

@@ -41,8 +41,8 @@ def table(
     symmetry. boundary counts the orbits through a joint, which N_c leaves out. Periods that are not filled at
     this a are counted from births, if 'orbitdb births' has found them.
     """
-    with snapshot(db, a, SelectionOptions(p=p)) as (catalogue, stadiums):
-        result = catalogue.table(stadiums if many_a(a) else stadiums[0])
+    with snapshot(db, a, SelectionOptions(p=p)) as (catalogue, selections):
+        result = catalogue.table(selections if many_a(a) else selections[0])
     output.write(*_rows_of(result, output))
 
 
@@ -56,8 +56,8 @@ def entropy(
     is shown, too, but is not an error bound. The proved bounds come from 'orbitdb bounds', or are computed on
     the spot.
     """
-    with progress("reading orbits"), snapshot(db, a, choice) as (catalogue, stadiums):
-        result = catalogue.entropy(stadiums if many_a(a) else stadiums[0])
+    with progress("reading orbits"), snapshot(db, a, choice) as (catalogue, selections):
+        result = catalogue.entropy(selections if many_a(a) else selections[0])
     from orbitdb.answers.results import PROVED
 
     output.write(*_rows_of(result, output, hidden=PROVED if output.table else ()))
@@ -88,8 +88,8 @@ def lyapunov(
     constrained by exact means. In a table, its estimated error follows in brackets, in units of the last
     digit. The values for trajectories come from 'orbitdb simulate'.
     """
-    with progress("averaging") as shown, snapshot(db, a, choice) as (catalogue, stadiums):
-        chosen = stadiums if many_a(a) else stadiums[0]
+    with progress("averaging") as shown, snapshot(db, a, choice) as (catalogue, selections):
+        chosen = selections if many_a(a) else selections[0]
         result = catalogue.lyapunov(chosen, weight=weight, cut=cut, progress=shown)
     names, rows = _rows_of(result, output)
     if not output.table or cut is not None:

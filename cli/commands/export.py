@@ -107,8 +107,8 @@ def export(
         options.refuse_idle(context, "with --bounces", "coordinates")
     names = asked_columns(columns, ("code",) if bounces else WRITTEN, a)
     names += _PLACED if bounces else (COORDINATES,) if coordinates else ()
-    with snapshot(db, a, choice) as (catalogue, stadiums):
-        listing = catalogue.rows(stadiums, columns=names, order=order, limit=limit, classes=classes)
+    with snapshot(db, a, choice) as (catalogue, selections):
+        listing = catalogue.rows(selections, columns=names, order=order, limit=limit, classes=classes)
         count = _write(listing, bounces, file, kind, many_a(a))
         complete = listing.complete
     for text in complete:
@@ -157,8 +157,8 @@ def _write_dataset(
     """Write a folder with the chosen words of whole periods, at the given a or at every stored a."""
     if folder is None or str(folder) == "-":
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
-    with snapshot(db, a or [GivenValues()], choice) as (catalogue, stadiums), progress("dataset") as shown:
-        dataset = catalogue.write_dataset(folder, stadiums, force=force, progress=shown)
+    with snapshot(db, a or [GivenValues()], choice) as (catalogue, selections), progress("dataset") as shown:
+        dataset = catalogue.write_dataset(folder, selections, force=force, progress=shown)
     notes(f"{text}: nothing is written" if text in dataset.absent else text for text in dataset.notes)
     if not dataset.words:
         raise typer.Exit(1)

@@ -95,9 +95,9 @@ def query(
         raise InputError("--bounces needs WORD; 'orbitdb export --bounces' writes the bounces of many orbits")
     in_table = (*TABLE_COLUMNS, *_sorted_by(order))
     names = asked_columns(columns, in_table if output.for_people else WRITTEN, a)
-    with snapshot(db, a, choice) as (catalogue, stadiums):
+    with snapshot(db, a, choice) as (catalogue, selections):
         listing = catalogue.rows(
-            stadiums, columns=names, order=order, limit=limit, offset=offset, classes=classes
+            selections, columns=names, order=order, limit=limit, offset=offset, classes=classes
         )
         notes(listing.notes)
         total = listing.total

@@ -16,7 +16,7 @@ from textual.reactive import reactive
 from textual.widgets import Footer, OptionList
 from textual.widgets.option_list import Option
 
-from orbitdb.answers.histogram import MEASURED, TALLIED, Histogram
+from orbitdb.answers.histogram import COUNTABLE, MEASURED, Histogram
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.dialogs import ListDialog, NameList
@@ -30,7 +30,7 @@ _BY = ("status", "p", "symmetry", "time_reversal")
 _LEAST_BINS, _MOST_BINS = 8, 40
 _EIGHTHS = ("", *"▏▎▍▌▋▊▉")
 
-DRAWN = tuple(name for name in EVERY if name in TALLIED)
+DRAWN = tuple(name for name in EVERY if name in COUNTABLE)
 """The columns that a histogram can show, in the order of the table."""
 
 

@@ -14,9 +14,9 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
 from orbitdb.output_files import complete
-from orbitdb.store.query import first_of_period, first_that_begins, position_of, select_words
 from orbitdb.store.rows import SelectedWords, rows_of
 from orbitdb.store.selection import Selection
+from orbitdb.store.selection_sql import first_of_period, first_that_begins, position_of, select_words
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
 _MOST_FILTERS = 50

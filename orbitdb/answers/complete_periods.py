@@ -19,8 +19,8 @@ from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.connection import Connection
 from orbitdb.store.fills import Sweep, moments_of, read_sweeps
-from orbitdb.store.query import select_words
 from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.store.selection_sql import select_words
 from orbitdb.store.where import check
 from orbitdb.symbols.words import packed, unpack
 

@@ -28,10 +28,10 @@ from orbitdb.store.connection import Connection
 from orbitdb.store.contents import class_rows, runs
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lives import read_lives
-from orbitdb.store.query import select_words
 from orbitdb.store.results import best_reference, tightest_bounds
 from orbitdb.store.rows import COORDINATES, rows_of
 from orbitdb.store.selection import Selection
+from orbitdb.store.selection_sql import select_words
 from orbitdb.text import format_float
 
 PACKAGE = "datapackage.json"

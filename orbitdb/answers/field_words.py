@@ -12,9 +12,9 @@ from orbitdb.orbits.orbit import pruned_word
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import Connection
 from orbitdb.store.periods import check_periods
-from orbitdb.store.query import select_words
 from orbitdb.store.rows import blocks_of
 from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.store.selection_sql import select_words
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES, packed_members

@@ -11,16 +11,18 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import check_int
 from orbitdb.store.connection import Connection
-from orbitdb.store.query import select_words
 from orbitdb.store.rows import ROTATION_COLUMNS
 from orbitdb.store.selection import Selection, unknown_column
+from orbitdb.store.selection_sql import select_words
 
 _NAMES = ("a", "cycle", "representative", *ROTATION_COLUMNS)
 
-TALLIED = tuple(column.name for column in IN_CATALOGUE if column.name not in _NAMES)
+COUNTABLE = tuple(column.name for column in IN_CATALOGUE if column.name not in _NAMES)
 """The columns to count by: those that all words of a class share, without those that name a class."""
 
-MEASURED = tuple(column.name for column in IN_CATALOGUE if column.name in TALLIED and column.kind == "number")
+MEASURED = tuple(
+    column.name for column in IN_CATALOGUE if column.name in COUNTABLE and column.kind == "number"
+)
 """The columns to count in bins: those with real numbers."""
 
 _FINEST = 1e-12
@@ -54,8 +56,8 @@ class Histogram(NamedTuple):
 def tally(connection: Connection, selection: Selection, columns: Sequence[str]) -> dict[str, Counter[Any]]:
     """Count the words of a subset by the values of each of some columns (`Catalogue.tally`)."""
     for name in columns:
-        if name not in TALLIED:
-            raise unknown_column(name, TALLIED)
+        if name not in COUNTABLE:
+            raise unknown_column(name, COUNTABLE)
     chosen = select_words(connection, selection, columns=columns)
     words = chosen.counts.tolist()
     tallies: dict[str, Counter[Any]] = {name: Counter() for name in columns}

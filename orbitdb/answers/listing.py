@@ -24,9 +24,9 @@ from orbitdb.display import MOST_SHOWN, data_frame, text_table
 from orbitdb.output_files import check_rows, write_file
 from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.fills import read_fills
-from orbitdb.store.query import parse_order, select_words
 from orbitdb.store.rows import COLUMNS, SelectedWords, rows_of
 from orbitdb.store.selection import Selection, unknown_column
+from orbitdb.store.selection_sql import parse_order, select_words
 from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from orbitdb.answers.subset import ARRAY_FIELDS, Subset
 from orbitdb.arrays import Floats, Integers, Values
 from orbitdb.columns import kind_of
 from orbitdb.store.connection import Connection, path_of
-from orbitdb.store.query import select_words
 from orbitdb.store.rows import COORDINATES, blocks_of
 from orbitdb.store.selection import Selection
+from orbitdb.store.selection_sql import select_words
 
 
 def read_subset(

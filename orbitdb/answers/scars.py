@@ -18,9 +18,9 @@ from orbitdb.quantum.waves import scar_strengths
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 from orbitdb.store.connection import Connection
 from orbitdb.store.lookup import find_word
-from orbitdb.store.query import select_words
 from orbitdb.store.rows import rows_of
 from orbitdb.store.selection import Selection
+from orbitdb.store.selection_sql import select_words
 from orbitdb.text import format_float, shortened
 
 SHORTEST = 20

@@ -22,9 +22,9 @@ from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.output_files import arrow_batch, arrow_schema
 from orbitdb.store.file import Store
 from orbitdb.store.lookup import find_or_solve
-from orbitdb.store.query import select_words
 from orbitdb.store.rows import COORDINATES, blocks_of
 from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.store.selection_sql import select_words
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.words import WordError, from_strings, key, least_rotation, parse
 from orbitdb.text import several

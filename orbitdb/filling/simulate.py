@@ -7,7 +7,7 @@ from orbitdb.averages.simulation import simulate as averages_of
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.paths import FileId, check_same_file
-from orbitdb.store.writing import Writer, add_reference
+from orbitdb.store.writing import Writer, keep_reference
 from orbitdb.text import with_error
 from orbitdb.trajectories.ensemble import Reference
 
@@ -27,4 +27,4 @@ def keep_simulated(path: Path, averages: Reference, file: FileId | None = None) 
     if file is not None:
         check_same_file(path, file, "was computing, so the averages were not stored")
     with closing(Writer(path, parameters)) as writer:
-        add_reference(writer, averages)
+        keep_reference(writer, averages)

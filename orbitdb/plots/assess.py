@@ -7,9 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from orbitdb.arrays import Floats
-from orbitdb.plots.style import BLUE, ORANGE, SMALL
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.plots.style import BLUE, ORANGE, SMALL, Picture, figure
+from orbitdb.quantum.weyl import Parity, begins_at_zero
+from orbitdb.store.selection import Selection
 
 if TYPE_CHECKING:
+    from orbitdb.catalogue import Catalogue
     from orbitdb.quantum.conclusions import Gap
     from orbitdb.quantum.missing_levels import Assessment
 
@@ -20,6 +24,20 @@ _ROOM = (0.1, 0.35)
 """Margin below and above the points, in units of their range; the name of the last gap needs the larger."""
 _MOST_NAMES = 12
 """Gaps are named if there are not more of them."""
+
+
+def assess(
+    catalogue: "Catalogue", chosen: Selection, levels: Floats | None = None, parity: Parity | None = None
+) -> Picture:
+    """Draw the excess of each level, which increases by 1 at a missing level.
+
+    A list that cannot begin with the lowest level is taken as a window.
+    """
+    window = levels is not None and not begins_at_zero(levels, Stadium(chosen.a), parity)
+    assessment = catalogue.assess(levels, parity=parity, window=window, a=chosen.a)
+    with figure(7.2, 4.2, assessment.verdict().replace("+-", "±"), assessment.notes) as made:
+        draw_assess(made.add_subplot(), assessment)
+    return made
 
 
 def draw_assess(ax: Axes, assessment: "Assessment") -> None:

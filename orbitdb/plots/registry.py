@@ -122,16 +122,17 @@ FIGURES: list[Figure] = [
     ),
     Figure(
         "spectrum", "the length spectrum of levels, compared with that of the orbits",
-        "levels.spectrum", "levels.draw_spectrum", takes=LEVELS, passes=("levels", "parity"),
+        "length_spectrum.spectrum", "length_spectrum.draw_spectrum",
+        takes=LEVELS, passes=("levels", "parity"),
     ),
     Figure(
         "staircase", "the number of levels below k minus Weyl's law, from levels and from orbits",
-        "levels.staircase", "levels.draw_staircase",
+        "staircase.staircase", "staircase.draw_staircase",
         takes=LEVELS, passes=("levels", "parity"), needs="levels",
     ),
     Figure(
         "assess", "where levels are missing, according to the orbits",
-        "levels.assess", "assess.draw_assess", takes=LEVELS, passes=("levels", "parity"), needs="levels",
+        "assess.assess", "assess.draw_assess", takes=LEVELS, passes=("levels", "parity"), needs="levels",
     ),
     Figure(
         "spacings", "the level spacings, in units of the mean spacing",

@@ -13,7 +13,7 @@ from sqlalchemy import ColumnElement, Table, func, select
 
 from orbitdb.store import tables as t
 from orbitdb.store.tables import DONE, FILLING
-from orbitdb.store.writing import insert_row
+from orbitdb.store.writing import replace_row
 from orbitdb.symbols.enumeration import Span
 
 
@@ -64,7 +64,7 @@ def open_cursor(connection: sa.Connection, table: Table, **begun: object) -> Cur
     stored = connection.execute(select(table).where(cursor.own(table))).mappings().one_or_none()
     if stored is not None:
         return Cursor(table, dict(stored))
-    insert_row(connection, table, cursor.row)
+    replace_row(connection, table, cursor.row)
     return cursor
 
 
@@ -86,7 +86,7 @@ def move(connection: sa.Connection, cursor: Cursor, span: Span, spent: Mapping[s
 def keep(connection: sa.Connection, cursor: Cursor, values: Mapping[str, Any]) -> Cursor:
     """Store new values of a cursor's row, and return the cursor with them."""
     row = cursor.row | dict(values)
-    insert_row(connection, cursor.table, row)
+    replace_row(connection, cursor.table, row)
     return replace(cursor, row=row)
 
 

@@ -130,7 +130,7 @@ def in_list(column: ColumnElement[int], ids: Integers) -> ColumnElement[bool]:
     return column.in_(select(listed.c.value))
 
 
-def orders_of(ids: Integers) -> Integers:
+def periods_of(ids: Integers) -> Integers:
     """Return the periods of classes and pruned words, given their ids.
 
     The period is `MAX_KEYED` + 1 for all words too long for a key.
@@ -200,7 +200,7 @@ def _codes(
 ) -> list[Integers]:
     """Return two integers for each row that sort like the codes: the first `MAX_KEYED` symbols, the rest."""
     begin, rest = np.zeros((2, len(chosen)), np.int64)
-    periods = orders_of(chosen.ids)
+    periods = periods_of(chosen.ids)
     for p in np.unique(periods).tolist():
         group = periods == p
         rows = np.flatnonzero(group[owners])
@@ -260,7 +260,7 @@ def blocks_of(
     last = len(chosen) if last is None else min(last, len(chosen))
     for start in range(first, last, ROWS):
         words = chosen.words(start, min(start + ROWS, last))
-        step = ROWS if orders_of(words.ids).max(initial=0) <= MAX_KEYED else _LONG_ROWS
+        step = ROWS if periods_of(words.ids).max(initial=0) <= MAX_KEYED else _LONG_ROWS
         for begin in range(0, len(words.ids), step):
             part = slice(begin, begin + step)
             ids, inverse = np.unique(words.ids[part], return_inverse=True)

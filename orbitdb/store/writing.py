@@ -155,7 +155,7 @@ class Writer:
             provenance = json.dumps(self._parameters | {"arithmetic": computed}, sort_keys=True)
             started = datetime.now(UTC).isoformat()  # to the microsecond, to distinguish runs
             values = {"started": started, "version": __version__, "parameters": provenance}
-            self._run_ids[computed] = insert_row(connection, t.run, values)
+            self._run_ids[computed] = replace_row(connection, t.run, values)
         return self._run_ids[computed]
 
     def stadium_id(self, connection: Connection, a: float) -> int:
@@ -163,7 +163,7 @@ class Writer:
         query = select(t.stadium.c.id).where(t.stadium.c.a == a)
         if (stored := connection.scalar(query)) is not None:
             return int(stored)
-        return insert_row(connection, t.stadium, {"a": a})
+        return replace_row(connection, t.stadium, {"a": a})
 
 
 def check_writable(path: Path) -> FileId:
@@ -177,7 +177,7 @@ def check_writable(path: Path) -> FileId:
         return writer.file
 
 
-def insert_row(connection: Connection, table: Table, values: Mapping[str, Any]) -> int:
+def replace_row(connection: Connection, table: Table, values: Mapping[str, Any]) -> int:
     """Store a row, in place of one with the same key, and return its id; 0 if the table has none."""
     made = connection.execute(sa.insert(table).prefix_with("OR REPLACE").values(**values))
     return int(made.lastrowid or 0)
@@ -205,13 +205,13 @@ def replace_certificates(
     if proved := [proof for proof in proved if proof[:2] in stored]:
         cycles, _, radii, bits = zip(*proved, strict=True)
         number = writer.run_id(connection)
-        insert(connection, own, {
+        insert_new(connection, own, {
             "stadium": repeat(stadium_id, len(cycles)), "cycle": cycles, "radius": radii, "bits": bits,
             "version": repeat(version, len(cycles)), "run": repeat(number, len(cycles)),
         })  # fmt: skip
 
 
-def add_reference(writer: Writer, reference: "Reference") -> None:
+def keep_reference(writer: Writer, reference: "Reference") -> None:
     """Store averages over random trajectories, unless the same ones are stored."""
     values = asdict(reference) | {"seed": str(reference.seed)}
     with writer.writing() as connection:
@@ -241,7 +241,7 @@ def _keep_new(
     same = [table.c[name] == value for name, value in values.items()]
     if connection.scalar(select(select(table).where(*same).exists())):
         return False
-    insert_row(connection, table, {**values, "run": writer.run_id(connection, computed)})
+    replace_row(connection, table, {**values, "run": writer.run_id(connection, computed)})
     return True
 
 
@@ -255,9 +255,9 @@ def keep_levels(writer: Writer, levels: "LevelWindow") -> bool:
         for part in parts:
             window = {name: getattr(part, name) for name in ("low", "high", "below", "seconds")}
             run = writer.run_id(connection, levels.arithmetic)
-            insert_row(connection, t.level_fill, {**own, **window, "run": run})
+            replace_row(connection, t.level_fill, {**own, **window, "run": run})
             count = len(part.k)
-            insert(connection, t.level, {
+            insert_new(connection, t.level, {
                 **{name: repeat(value, count) for name, value in own.items()},
                 "number": range(part.below + 1, part.below + 1 + count),
                 "k": part.k.tolist(), "error": part.error.tolist(),
@@ -291,7 +291,7 @@ def add_classes(
     )
     walls = ((least == 0) | (least == 2)).sum(axis=1).tolist()
     texts = [joined[:p] for joined in words]
-    insert(connection, t.cycle, {
+    insert_new(connection, t.cycle, {
         "id": numbers, "p": repeat(p, len(texts)), "word": texts, "class_size": sizes, "walls": walls,
         "time_reversal": reversals, "symmetry": labels, "words": words,
     })  # fmt: skip
@@ -316,7 +316,9 @@ def classes_stored(connection: Connection, p: int) -> bool:
 def add_pruned(connection: Connection, p: int, words: Sequence[str], rules: Sequence[str]) -> None:
     """Store geometrically pruned words of period p, as least rotations, with the rules that they break."""
     numbers = t.pruned_ids(connection, p, words)
-    insert(connection, t.pruned, {"id": numbers, "p": repeat(p, len(words)), "word": words, "rules": rules})
+    insert_new(
+        connection, t.pruned, {"id": numbers, "p": repeat(p, len(words)), "word": words, "rules": rules}
+    )
 
 
 def add_orbits(
@@ -336,7 +338,7 @@ def add_orbits(
     # isin would sort, which takes longer
     kept = np.logical_or.reduce([orbits.status == status for status in EXISTING])
     numbers = {name: _or_null(getattr(orbits, name), kept | (name == "margin")) for name in NUMBERS}
-    insert(connection, t.orbit, {
+    insert_new(connection, t.orbit, {
         "stadium": repeat(stadium_id, count), "cycle": cycles, "status": orbits.status.tolist(),
         "coordinates": _blobs(orbits.coordinates, kept), **numbers, "iterations": orbits.iterations.tolist(),
         "solver": repeat(solver, count), "run": repeat(writer.run_id(connection, computed), count),
@@ -368,7 +370,7 @@ def add_changes(
         rows.append((numbers[word], count[word], a, error, kind, bounce, JOINTS[joint], None, slope, run))
     if rows:
         named = ("cycle", "number", "a", "error", "kind", "bounce", "joint", "event", "slope", "run")
-        insert(connection, t.change, dict(zip(named, zip(*rows, strict=True), strict=True)))
+        insert_new(connection, t.change, dict(zip(named, zip(*rows, strict=True), strict=True)))
 
 
 def number_events(connection: Connection, p: int) -> None:
@@ -399,7 +401,7 @@ def _blobs(coordinates: Floats, kept: Marks) -> list[bytearray | float]:
     return [data[i * width : (i + 1) * width] if keep else NULL for i, keep in enumerate(kept.tolist())]
 
 
-def insert(connection: Connection, table: Table, columns: Mapping[str, Iterable[Any]]) -> None:
+def insert_new(connection: Connection, table: Table, columns: Mapping[str, Iterable[Any]]) -> None:
     """Insert rows, given as columns, directly through the driver; skip rows whose keys are already stored.
 
     SQLAlchemy would take six times as long for rows as dicts. Raises `sqlalchemy.exc.IntegrityError` if a row

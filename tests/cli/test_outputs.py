@@ -27,7 +27,7 @@ from orbitdb.entropy_bounds.bounds import search
 from orbitdb.filling.fill import fill_births
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
-from orbitdb.store.writing import Writer, add_reference
+from orbitdb.store.writing import Writer, keep_reference
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.legwise import simulate_legs
 from orbitdb.verification.verify import report, verify
@@ -46,7 +46,7 @@ def stored(varied, tmp_path_factory) -> Path:
     made(path, fill_births(path, range(2, 6)))
     parameters = {"command": "simulate", "a": 1.6, "bounces": TRAJECTORY.bounces, "seed": TRAJECTORY.seed}
     writer = Writer(path, parameters)
-    add_reference(writer, TRAJECTORY)
+    keep_reference(writer, TRAJECTORY)
     writer.close()
     return path
 

@@ -11,7 +11,7 @@ from orbitdb import Catalogue, Stadium
 from orbitdb.entropy_bounds.bounds import search
 from orbitdb.filling.fill import fill_births
 from orbitdb.plots import over_a, style
-from orbitdb.store.writing import Writer, add_reference, keep_bounds
+from orbitdb.store.writing import Writer, keep_bounds, keep_reference
 from orbitdb.trajectories.ensemble import Reference
 
 TRAJECTORY = Reference(1.6, 0.8871, 0.0002, 0.3754, 0.0003, 2.3634, 0.0004, 12_345, 67, 89)
@@ -25,7 +25,7 @@ def known(varied, made_once) -> Catalogue:
         shutil.copy(varied, path)
         made(path, fill_births(path, range(2, 7)))
         writer = Writer(path, {})
-        add_reference(writer, TRAJECTORY)
+        keep_reference(writer, TRAJECTORY)
         for a in (1.6, 3.0):
             for level in search(Stadium(a), 3):
                 keep_bounds(writer, level, "doubles", None)

@@ -5,7 +5,7 @@ import pytest
 from figures import extents_of_texts, texts_are_readable
 
 from orbitdb import Catalogue, Selection
-from orbitdb.plots import assess, levels, style
+from orbitdb.plots import assess, style
 from orbitdb.quantum.weyl import Parity
 
 
@@ -31,7 +31,7 @@ def test_missing_levels_are_steps_at_integers_and_their_gaps_are_shaded(filled_o
 @pytest.mark.slow
 def test_a_list_that_does_not_begin_with_the_lowest_level_is_drawn_as_a_window(filled_once, exact_once):
     k = exact_once[exact_once > 13]
-    ax = levels.assess(Catalogue(filled_once), Selection(1.6), k, Parity.OO).axes[0]
+    ax = assess.assess(Catalogue(filled_once), Selection(1.6), k, Parity.OO).axes[0]
     (points,) = [line for line in ax.lines if str(line.get_label()).startswith("$N")]
     drawn, excess = np.array(points.get_data(), dtype=float)
     assert set(drawn) <= set(k.tolist())

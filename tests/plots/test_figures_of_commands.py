@@ -27,7 +27,7 @@ from orbitdb.billiard.stability import birkhoff
 from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_length
 from orbitdb.orbits.status import Status
-from orbitdb.plots import levels
+from orbitdb.plots import length_spectrum, staircase
 from orbitdb.plots.registry import figure_of, load_function
 from orbitdb.plots.work_precision import work_precision
 from orbitdb.quantum.length_spectrum import Spectrum
@@ -302,9 +302,9 @@ def test_the_figures_of_levels_show_levels_and_orbits(known, tmp_path):
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
     with pytest.raises(InputError, match=r"no levels are stored from .* --k 0:30 --a 1\.6' finds"):
-        levels.staircase(catalogue, chosen)
+        staircase.staircase(catalogue, chosen)
     k = sorted(chain(*keep_made_levels(path).values()))
-    made: Any = levels.staircase(catalogue, chosen)
+    made: Any = staircase.staircase(catalogue, chosen)
     (ax,) = made.axes
     at, rest = named(ax, "levels")
     assert 0 < at[0] < 0.1
@@ -317,7 +317,7 @@ def test_the_figures_of_levels_show_levels_and_orbits(known, tmp_path):
     assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, all parities, k below 9"
     assert legend(ax) == ["levels", r"orbits, cut off at length $X = 10\,R$", "bouncing balls alone"]
     says(ax, "$kR$", "levels below $k$\nminus Weyl's law")
-    spectrum: Any = levels.spectrum(catalogue, chosen)
+    spectrum: Any = length_spectrum.spectrum(catalogue, chosen)
     found = catalogue.spectrum(points=1000)
     for label, values in (("levels", np.abs(there(found.quantum))), ("orbits", -np.abs(found.orbits))):
         lengths, drawn = named(spectrum.axes[0], label)
@@ -349,7 +349,7 @@ def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
 
 
 def test_the_length_spectrum_can_be_drawn_without_levels(known):
-    made: Any = levels.spectrum(known, Selection(1.6))
+    made: Any = length_spectrum.spectrum(known, Selection(1.6))
     drawn_beside(made.axes[0], known.spectrum((1.0, 12.0), points=1000), -1)
 
 

@@ -11,7 +11,7 @@ from there import there
 
 from orbitdb import Catalogue
 from orbitdb.plots import style
-from orbitdb.plots.levels import times as times_of
+from orbitdb.plots.length_spectrum import times as times_of
 from orbitdb.quantum.length_spectrum import Peak
 
 matplotlib.use("agg")

@@ -7,8 +7,8 @@ from contents import alter
 
 from orbitdb import Catalogue, Selection
 from orbitdb.store.file import reading
-from orbitdb.store.query import first_of_period, first_that_begins, position_of, select_words
 from orbitdb.store.rows import rows_of
+from orbitdb.store.selection_sql import first_of_period, first_that_begins, position_of, select_words
 from orbitdb.verification.verify import PROMISES
 
 

@@ -22,8 +22,8 @@ from orbitdb.cli.main import execute
 from orbitdb.store import where as limits
 from orbitdb.store.connection import driver_of
 from orbitdb.store.file import reading
-from orbitdb.store.query import COLUMNS, select_words
 from orbitdb.store.selection import Selection
+from orbitdb.store.selection_sql import COLUMNS, select_words
 from orbitdb.store.where import CancelledError
 
 LISTS = ("rules", "coordinates")

@@ -21,7 +21,7 @@ from orbitdb.cli.tui.stored import Ordering
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
-from orbitdb.store.writing import Writer, add_reference
+from orbitdb.store.writing import Writer, keep_reference
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.text import with_error
 from orbitdb.trajectories.ensemble import Reference
@@ -54,7 +54,7 @@ async def test_new_trajectories_replace_stored_ones(filled, monkeypatch):
     monkeypatch.setattr(statistics, "FIRST_BOUNCES", 100_000)
     stored = Reference(1.6, 0.8867, 0.5, 0.3752, 0.5, 2.3, 0.1, 10**9, 16, 5)
     writer = Writer(filled, {"command": "test"})
-    add_reference(writer, stored)
+    keep_reference(writer, stored)
     writer.close()
     async with browsing(filled, LARGE, Selection(periods=((2, 3),))) as (app, pilot):
         await press(pilot, "S")
