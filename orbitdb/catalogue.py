@@ -483,9 +483,9 @@ class Catalogue:
 
         The only parameters are ``a`` and ``p``; by default, it counts all stored periods.
         """
-        from orbitdb.answers.completeness import count
+        from orbitdb.answers.completeness import counts
 
-        return self._answer(count, selection, criteria)
+        return self._answer(counts, selection, criteria)
 
     @with_criteria
     def tally(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.output import Output, note, progress
 from orbitdb.display import load
@@ -25,7 +26,7 @@ def bench(
     kind: Annotated[
         Literal["methods", "stress"], typer.Option(help="Compare methods, or solve hard cases.")
     ] = "methods",
-    a: options.HalfLength = 1.6,
+    a: options.HalfLength = USUAL_A,
     p: Annotated[int, options.count_option("--p", least=2, most=13, help="Period of the words.")] = 9,
     picture: Annotated[
         Path | None,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import MOST_JOBS, Database, HalfLength, Jobs, count_option, refuse_idle, takes_only
 from orbitdb.cli.output import Output, code_text, note, notes, progress
@@ -161,7 +162,7 @@ def fill(
     context: typer.Context,
     asked: SomeHighest = None,
     first: Lowest = 2,
-    a: HalfLength = 1.6,
+    a: HalfLength = USUAL_A,
     code: Annotated[
         list[str] | None, typer.Option(help="Store only this word; repeatable; - reads words from stdin.")
     ] = None,
@@ -225,7 +226,7 @@ def sweep(
     context: typer.Context,
     asked: Highest,
     first: Lowest = 2,
-    a: HalfLength = 1.6,
+    a: HalfLength = USUAL_A,
     solvers: Solvers,
     dry_run: DryRun = False,
     output: Output,

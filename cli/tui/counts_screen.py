@@ -23,20 +23,20 @@ from orbitdb.cli.tui.dialogs import ListDialog, NameList
 from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.panels.filter_bar import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, TopLine, key
-from orbitdb.cli.tui.stored import EVERY
+from orbitdb.cli.tui.stored import SHOWABLE
 from orbitdb.store.selection import Selection
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _LEAST_BINS, _MOST_BINS = 8, 40
 _EIGHTHS = ("", *"▏▎▍▌▋▊▉")
 
-DRAWN = tuple(name for name in EVERY if name in COUNTABLE)
+DRAWN = tuple(name for name in SHOWABLE if name in COUNTABLE)
 """The columns that a histogram can show, in the order of the table."""
 
 
 def _unit(column: str) -> str:
     """Return the unit of a column in brackets, to follow its name; empty if it has none."""
-    unit = EVERY[column].unit
+    unit = SHOWABLE[column].unit
     return f" ({unit})" if unit not in ("", "1") else ""
 
 
@@ -171,7 +171,7 @@ class CountsScreen(OwnScreen[str | None]):
 
     def watch_column(self, column: str) -> None:
         bins = self._bins
-        self.query_one("#histogram").border_title = f"{column}: {EVERY[column].brief}{_unit(column)}"
+        self.query_one("#histogram").border_title = f"{column}: {SHOWABLE[column].brief}{_unit(column)}"
         self.in_thread("values", lambda cancelled: self._values(column, bins, cancelled), self._show_values)
 
     def _count(self, cancelled: Callable[[], bool]) -> tuple[dict[str, list[Count]], str]:

@@ -16,7 +16,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.screens import Dialog, Field, key
-from orbitdb.cli.tui.stored import EVERY, USUAL
+from orbitdb.cli.tui.stored import SHOWABLE, USUAL
 from orbitdb.errors import InputError, StoreError
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
 from orbitdb.text import printable, real
@@ -130,9 +130,9 @@ class ColumnSuggester(Suggester):
     async def get_suggestion(self, value: str) -> str | None:
         """Return the completed line; None if it ends within quotes, or with no beginning of a name."""
         word = re.search(r"(?<![:\w])[a-z]\w*$", value)
-        if word is None or value.count("'") % 2 or word[0] in EVERY:
+        if word is None or value.count("'") % 2 or word[0] in SHOWABLE:
             return None
-        return next((value[: word.start()] + name for name in EVERY if name.startswith(word[0])), None)
+        return next((value[: word.start()] + name for name in SHOWABLE if name.startswith(word[0])), None)
 
 
 class FilterDialog(LineDialog):
@@ -271,15 +271,15 @@ class ColumnDialog(MarksDialog):
     BINDINGS: ClassVar[list[BindingType]] = [key("J", "shift(1)"), key("K", "shift(-1)"), key("R", "usual")]
 
     def __init__(self, shown: Sequence[str]) -> None:
-        width = max(map(len, EVERY))
-        texts = {name: f"{name:{width}}  {column.brief}" for name, column in EVERY.items()}
+        width = max(map(len, SHOWABLE))
+        texts = {name: f"{name:{width}}  {column.brief}" for name, column in SHOWABLE.items()}
         super().__init__("columns", "space marks, J K move, R resets, enter accepts", texts, ())
         self._arrange(shown)
 
     def _arrange(self, shown: Sequence[str]) -> None:
         first = [name for name in shown if name != "code"]
         self._marked = set(first)
-        self._names = first + [name for name in EVERY if name not in (*first, "code")]
+        self._names = first + [name for name in SHOWABLE if name not in (*first, "code")]
 
     def action_shift(self, step: int) -> None:
         """Move the column under the cursor up or down by a step, and mark it to be shown."""

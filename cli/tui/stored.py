@@ -45,13 +45,13 @@ USUAL = (
 
 _IN_TABLE = {column.name: column for column in IN_CATALOGUE if column.name != "a"}  # all rows have the same a
 
-EVERY = {name: _IN_TABLE[name] for name in dict.fromkeys((*USUAL, *_IN_TABLE))}
+SHOWABLE = {name: _IN_TABLE[name] for name in dict.fromkeys((*USUAL, *_IN_TABLE))}
 """All columns of the view ``catalogue`` that the table can show, by name."""
 
 
 def known_columns(names: Iterable[str]) -> tuple[str, ...]:
     """Return those names that are columns, the code first."""
-    return tuple(dict.fromkeys(["code", *(name for name in names if name in EVERY)]))
+    return tuple(dict.fromkeys(["code", *(name for name in names if name in SHOWABLE)]))
 
 
 class Ordering(NamedTuple):

@@ -72,7 +72,7 @@ class Counted:
         return numbers
 
 
-def count(connection: Connection, selection: Selection) -> Counted:
+def counts(connection: Connection, selection: Selection) -> Counted:
     """Return the counts of each chosen period: from its fill, else from a sweep, else from births.
 
     Raises `SelectionError` if the selection has criteria other than a and periods.

@@ -14,7 +14,7 @@ from orbitdb.answers.complete_periods import (
     read_noted,
     with_lower,
 )
-from orbitdb.answers.completeness import count, gaps
+from orbitdb.answers.completeness import counts, gaps
 from orbitdb.answers.results import PROVED, TABLE, Result
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
@@ -49,7 +49,7 @@ class ProvedBounds:
 
 def table(connection: Connection, chosen: Selection) -> Result:
     """Return the paper's Table 1 (`Catalogue.table`)."""
-    counted = count(connection, chosen)
+    counted = counts(connection, chosen)
     notes = gaps(connection, chosen, True, counted.from_sweeps, counted.from_births)
     for p in counted.chosen:
         if missing := sorted(of_divisors(p) - counted.tallies.keys()):
@@ -96,7 +96,7 @@ def entropy(connection: Connection, chosen: Selection) -> Result:
         subset = read_noted(connection, chosen, notes, swept=False)
         return Result(chosen, {}, (), tuple(notes)) if subset is None else entropy_of_rows(subset, notes)
     orbits, wide = replace(chosen, statuses=(Status.ORBIT,)), with_lower(chosen)
-    counted = count(connection, Selection(wide.a, wide.periods))
+    counted = counts(connection, Selection(wide.a, wide.periods))
     notes = gaps(connection, chosen, True, counted.from_sweeps, counted.from_births)
     periods = Periods(orbits, wide, counted.chosen)
     if not periods.shown:
@@ -131,7 +131,7 @@ def _entropy(periods: Periods, cycles: Integers, notes: list[str]) -> dict[str, 
 
 def _uncounted(connection: Connection, chosen: Selection) -> list[str]:
     """Return a note on periods without rows; sweeps and births count all orbits, not those of a subset."""
-    counted = count(connection, Selection(chosen.a, chosen.periods))
+    counted = counts(connection, Selection(chosen.a, chosen.periods))
     if not (periods := sorted([*counted.from_sweeps, *counted.from_births])):
         return []
     return [

@@ -69,8 +69,9 @@ class Listing:
     'complete, by proof, up to length 11.53'
     """
 
+    # a question takes part in the snapshot of its thread; rows that are still read later must not become it
     _snapshot: Callable[[], AbstractContextManager[Connection]]
-    _apart: Callable[[], AbstractContextManager[Connection]]
+    _moment: Callable[[], AbstractContextManager[Connection]]
     selections: tuple[Selection, ...]
     columns: tuple[str, ...]
     order: str = "p"
@@ -95,7 +96,7 @@ class Listing:
         return islice(self._rows(end if self._end is None else min(end, self._end)), most)
 
     def _rows(self, end: int | None) -> Iterator[Row]:
-        with self._apart() as connection:
+        with self._moment() as connection:
             subsets = self._subsets(connection)
             if len(subsets) > 1:
                 yield from self._merged(connection, subsets, end)

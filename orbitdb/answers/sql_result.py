@@ -29,7 +29,7 @@ class SqlResult:
     """
 
     _snapshot: Callable[[], AbstractContextManager[Connection]]
-    _apart: Callable[[], AbstractContextManager[Connection]]
+    _moment: Callable[[], AbstractContextManager[Connection]]
     statement: str
     parameters: Mapping[str, str | int | float]
     _begun: tuple[Connection, tuple[str, ...], Iterator[Row]] | None = field(default=None, init=False)
@@ -47,7 +47,7 @@ class SqlResult:
 
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows; BLOBs become hexadecimal digits."""
-        with self._apart() as connection:
+        with self._moment() as connection:
             _, rows = self._run(connection)
             self._begun = None
             yield from rows

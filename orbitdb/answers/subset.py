@@ -1,7 +1,7 @@
 """`Subset`: chosen words as arrays."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, overload
@@ -386,7 +386,9 @@ class Subset(Table, Drawn):
         return html_of_orbits(str(self).strip("<>"), [*self[:MOST_ROWS]], len(self))
 
 
-ARRAY_FIELDS = [field.name for field in fields(Subset)][1:-6]
+ARRAY_FIELDS = [
+    field.name for field in fields(Subset) if field.default is MISSING and field.name != "selection"
+]
 """The fields with one entry per word."""
 
 

@@ -1,7 +1,8 @@
 """Fill a catalogue with the orbits of periods or single words at a given a, or with births and deaths.
 
 A period is cut into blocks, which any process can enumerate and solve. The result of a block depends only on
-its input, not on where or in which order blocks are solved.
+its input, not on where or in which order blocks are solved. How a period that was stopped is continued, is in
+`orbitdb.filling.period_jobs`.
 """
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence

@@ -8,8 +8,8 @@ behind it by one at each missing level. Every way of explaining the difference
 
 by missing and spurious levels has a probability: that of D, given the known errors of N_X
 (`orbitdb.quantum.staircase_errors`), times that of the spacings, given the laws of random matrices
-(`orbitdb.quantum.spacing_laws`). Sums over all likely ways (`orbitdb.quantum.level_paths`) give the
-probability of each statement.
+(`orbitdb.quantum.spacing_laws`). Sums over all likely ways (`orbitdb.quantum.level_paths`) judge each gap
+(`orbitdb.quantum.judging`), and statements follow from them (`orbitdb.quantum.conclusions`).
 """
 
 import math

@@ -1,4 +1,4 @@
-"""What a catalogue contains at a value of a, and how much room the rows take."""
+"""What a catalogue contains: at a value of a, as a whole, and how much room the rows take."""
 
 from collections.abc import Collection, Sequence
 from contextlib import suppress
@@ -10,7 +10,6 @@ from sqlalchemy import ColumnElement, Connection, Table, func, select
 from sqlalchemy.exc import OperationalError
 
 from orbitdb.store import tables as t
-from orbitdb.store.fills import in_spans
 from orbitdb.store.selection import written_periods
 from orbitdb.text import several
 
@@ -55,7 +54,7 @@ def contents(connection: Connection, a: float, spans: Sequence[tuple[int, int]] 
     """Return what is stored at a given a, in the periods of `spans` or in all."""
 
     def periods(table: Table) -> tuple[int, ...]:
-        own = (t.at_a(table, a), in_spans(table.c.p, spans))
+        own = (t.at_a(table, a), t.in_spans(table.c.p, spans))
         return tuple(connection.scalars(select(table.c.p).where(*own).order_by(table.c.p)))
 
     def count(table: Table, own: ColumnElement[bool]) -> int:
@@ -64,7 +63,7 @@ def contents(connection: Connection, a: float, spans: Sequence[tuple[int, int]] 
     words = select(func.sum(t.cycle.c.class_size)).join_from(
         t.orbit, t.cycle, t.cycle.c.id == t.orbit.c.cycle
     )
-    stored = connection.scalar(words.where(t.at_a(t.orbit, a), in_spans(t.cycle.c.p, spans))) or 0
+    stored = connection.scalar(words.where(t.at_a(t.orbit, a), t.in_spans(t.cycle.c.p, spans))) or 0
     rest = (
         (t.level, t.level.c.a == a),
         (t.entropy_bound, t.entropy_bound.c.a == a),

@@ -12,7 +12,6 @@ from orbitdb.errors import StoreError
 from orbitdb.store import tables as t
 from orbitdb.store.contents import Contents, contents
 from orbitdb.store.engines import make_engine, open_to_write, plain_errors
-from orbitdb.store.fills import in_spans
 from orbitdb.store.journal import checkpoint, journal_ids, remove_journal_of
 from orbitdb.store.paths import file_id
 from orbitdb.store.writing import Writer
@@ -27,11 +26,11 @@ def delete(
     as long as an orbit at another a, or births, need them. Raises `StoreError`, without deleting anything,
     unless `only` is None or what is stored.
     """
-    classes = select(t.cycle.c.id).where(in_spans(t.cycle.c.p, spans))
+    classes = select(t.cycle.c.id).where(t.in_spans(t.cycle.c.p, spans))
     own: dict[Table, sa.ColumnElement[bool]] = {
         t.certificate: t.certificate.c.cycle.in_(classes),
         t.orbit: t.orbit.c.cycle.in_(classes),
-        **{table: in_spans(table.c.p, spans) for table in (t.fill, t.sweep_block, t.sweep)},
+        **{table: t.in_spans(table.c.p, spans) for table in (t.fill, t.sweep_block, t.sweep)},
     }
     # without SQLite's checks of references, which would search all orbits for each deleted class
     with (

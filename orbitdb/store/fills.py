@@ -1,10 +1,10 @@
 """Read fills and sweeps: their progress, and the counts and sums of finished periods."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import ColumnElement, Connection, func, or_, select, true
+from sqlalchemy import Connection, func, select, true
 
 from orbitdb.display import Record
 from orbitdb.orbits.status import Status
@@ -203,8 +203,3 @@ def _as_sweep(row: Mapping[str, Any]) -> Sweep:
         sums, moments = PeriodSums.from_numbers(p, row["sums"] or b""), from_bytes(row["moments"])
     spent = row["blocks"], row["seconds"], row["processor"]
     return Sweep(p, row["state"], tally, *spent, sums, moments)
-
-
-def in_spans(column: ColumnElement[int], spans: Sequence[tuple[int, int]]) -> ColumnElement[bool]:
-    """Return the condition that a period is in one of the ranges; without ranges, every period is."""
-    return or_(*(column.between(low, high) for low, high in spans)) if spans else true()

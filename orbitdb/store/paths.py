@@ -1,4 +1,4 @@
-"""The path of a catalogue, the identity of the file that is there.
+"""The path of a catalogue, the identity of the file that is there, and whether its disk is a network disk.
 
 This module does not import NumPy or SQLAlchemy, so that commands without a catalogue start at once.
 """

@@ -25,7 +25,6 @@ from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store import views
 from orbitdb.store.connection import cursor_of, driver_of, never
-from orbitdb.store.fills import in_spans
 from orbitdb.store.lives import NEAR
 from orbitdb.store.rows import ROTATION_COLUMNS, SelectedWords, as_array, sorted_words, stabilisers_of
 from orbitdb.store.selection import Selection, SelectionError, unknown_column
@@ -275,7 +274,7 @@ def conditions_of(selection: Selection, view: FromClause) -> list[ColumnElement[
     The expression of the selection must have been checked (`is_of_classes`).
     """
     own = view.c
-    found = [own.a == selection.a, in_spans(own.p, selection.periods)]
+    found = [own.a == selection.a, t.in_spans(own.p, selection.periods)]
     if selection.statuses:
         found.append(own.status.in_([status.value for status in selection.statuses]))
     if selection.time_reversal:

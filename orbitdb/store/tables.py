@@ -26,8 +26,10 @@ from sqlalchemy import (
     Text,
     UniqueConstraint,
     func,
+    or_,
     select,
     text,
+    true,
 )
 
 from orbitdb.symbols.words import MAX_KEYED, key
@@ -318,6 +320,11 @@ def at_a(table: FromClause, a: float | BindParameter[float]) -> ColumnElement[bo
     """Return the condition for rows of one value of a, in a table that refers to `stadium`."""
     own = select(stadium.c.id).where(stadium.c.a == a).correlate(None).scalar_subquery()
     return table.c.stadium == own
+
+
+def in_spans(column: ColumnElement[int], spans: Sequence[tuple[int, int]]) -> ColumnElement[bool]:
+    """Return the condition that a period is in one of the ranges; without ranges, every period is."""
+    return or_(*(column.between(low, high) for low, high in spans)) if spans else true()
 
 
 # ids

@@ -29,7 +29,7 @@ from orbitdb.store.where import CancelledError
 LISTS = ("rules", "coordinates")
 
 
-AT_A_TIME = {"rows.ROWS": 50, "query.BLOCK": 30}
+AT_A_TIME = {"rows.ROWS": 50, "selection_sql.BLOCK": 30}
 """Small numbers of rows or classes, so that everything is read and sorted in several parts."""
 
 

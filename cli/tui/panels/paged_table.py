@@ -18,7 +18,7 @@ from textual.strip import Strip
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.screens import key
-from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, Ordering, Pages, Row
+from orbitdb.cli.tui.stored import NONE, SHOWABLE, USUAL, Ordering, Pages, Row
 from orbitdb.errors import AlteredError, DeletedError
 
 _WIDTHS = {
@@ -253,7 +253,7 @@ def width_of(name: str) -> int:
 
 
 def _is_number(name: str) -> bool:
-    return EVERY[name].kind in ("number", "integer")
+    return SHOWABLE[name].kind in ("number", "integer")
 
 
 def _fitting(names: Sequence[str], room: int) -> list[str]:

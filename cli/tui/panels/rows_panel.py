@@ -16,7 +16,7 @@ from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog
 from orbitdb.cli.tui.panels.jumps import Jumps
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.screens import in_shell
-from orbitdb.cli.tui.stored import EVERY, NONE, USUAL, Kept, Ordering, Pages, known_columns, stamp_of
+from orbitdb.cli.tui.stored import NONE, SHOWABLE, USUAL, Kept, Ordering, Pages, known_columns, stamp_of
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection
@@ -68,7 +68,7 @@ class RowsPanel(Vertical, Jumps):
     # sort order and columns
 
     def action_sort(self) -> None:
-        names = {name: name for name in (*self.columns, *EVERY)}
+        names = {name: name for name in (*self.columns, *SHOWABLE)}
         self.ask(ListDialog("sort by", "", names, self.ordering.column), self._sort_by)
 
     def _sort_by(self, column: str) -> None:

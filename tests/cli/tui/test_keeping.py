@@ -9,7 +9,7 @@ from screens import ask, browsing, press, row_of, screen_lines, shown, table_of
 
 from orbitdb.cli.tui.export import write_rows
 from orbitdb.cli.tui.panels import filter_bar
-from orbitdb.cli.tui.stored import EVERY, USUAL, Kept, Ordering, State
+from orbitdb.cli.tui.stored import SHOWABLE, USUAL, Kept, Ordering, State
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import never
@@ -128,7 +128,7 @@ def test_two_sessions_keep_each_others_marks(tmp_path):
 
 
 def test_every_column_except_a_can_be_shown():
-    assert {*EVERY} == {column.name for column in IN_CATALOGUE} - {"a"}
+    assert {*SHOWABLE} == {column.name for column in IN_CATALOGUE} - {"a"}
 
 
 def test_keys_cycle_through_the_values_of_a_criterion():

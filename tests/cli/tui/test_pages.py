@@ -14,7 +14,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.panels.jumps import place_of
 from orbitdb.cli.tui.panels.paged_table import PagedTable, width_of
-from orbitdb.cli.tui.stored import EVERY, USUAL, Ordering, Pages
+from orbitdb.cli.tui.stored import SHOWABLE, USUAL, Ordering, Pages
 from orbitdb.errors import StoreError
 from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection, SelectionError
@@ -131,7 +131,7 @@ def fitting(first: int, width: int) -> list[str]:
 
 def cell(name: str, value: object) -> str:
     """Return the text of a cell; texts stand a blank apart from the numbers before them."""
-    is_number = EVERY[name].kind in ("number", "integer")
+    is_number = SHOWABLE[name].kind in ("number", "integer")
     text, width = ("" if is_number else " ") + number(name, value), width_of(name)
     cut = text if len(text) <= width else f"{text[: width - 1]}…"
     return f"{cut:{'>' if is_number else '<'}{width}}"
