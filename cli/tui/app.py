@@ -115,14 +115,19 @@ class BrowseApp(App[None], Working):
     def on_key(self, event: Key) -> None:
         """Insert a printable character into the focused field, after all earlier keys have taken effect.
 
-        Some terminals join escape and the key that follows it to a key with Alt, which means nothing here.
+        Some terminals join escape and the key that follows it to a key with Alt, which means nothing here. In
+        a dialog with a field, only escape counts: what was typed into the field must not become a command.
         """
-        if event.character is not None and event.is_printable and isinstance(self.focused, Field):
+        field = self.focused if isinstance(self.focused, Field) else None
+        letter = event.key.removeprefix("alt+")
+        if letter != event.key and len(letter) == 1:
             event.prevent_default()
-            self.focused.replace(event.character, *self.focused.selection)
-        elif (letter := event.key.removeprefix("alt+")) != event.key and len(letter) == 1:
             self.post_message(Key("escape", None))
-            self.post_message(Key(letter, letter))
+            if field is None:
+                self.post_message(Key(letter, letter))
+        elif event.character is not None and event.is_printable and field is not None:
+            event.prevent_default()
+            field.replace(event.character, *field.selection)
 
     # filling and writing
 

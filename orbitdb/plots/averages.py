@@ -115,10 +115,7 @@ def draw_exponent(ax: Axes, result: Result, name: str) -> None:
 
 
 def compare_exponents(ax: Axes, results: Sequence[Result], name: str) -> None:
-    """Draw ``lambda_d`` or ``lambda_c`` at several a against the period, each by the best method it has.
-
-    Bars show its error, except where they would be so long that they hide other curves, at low periods.
-    """
+    """Draw ``lambda_d`` or ``lambda_c`` at several a against the period, each by the best method it has."""
     bars = []
     for result, colour in zip(results, cycle(INKS.values()), strict=False):
         p, shown = by_period(result)
@@ -130,9 +127,8 @@ def compare_exponents(ax: Axes, results: Sequence[Result], name: str) -> None:
             if error is not None:
                 bars.append((p, values, error, colour))
     _show_later(ax)
-    for p, values, error, colour in bars:
-        kept = 4 * error < np.ptp(ax.get_ylim())
-        ax.errorbar(p[kept], values[kept], error[kept], fmt="none", color=colour)
+    for p, values, error, colour in bars:  # last, so that long ones at low periods do not stretch the axis
+        ax.errorbar(p, values, error, fmt="none", color=colour, elinewidth=0.8)
     _over_periods(ax, _EXPONENTS[name])
 
 

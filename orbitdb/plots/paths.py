@@ -178,13 +178,18 @@ def columns_of(count: int, a: float, shape: float) -> int:
     )
 
 
+_PAGE = 9.0
+"""Greatest height of a sheet with a given width, in inches; the drawings of a longer one are smaller."""
+
+
 def size_of(count: int, a: float) -> tuple[float, float]:
     """Return the width and height, in inches, of a figure with `count` orbits."""
     columns, column = max(1, math.ceil(math.sqrt(0.8 * count * _HIGH / _width(a)))), _column(a)
     usual = max(4.0, columns * column)
-    if (width := width_or(usual)) != usual:
-        columns = max(1, int(width / column))
-    return width, math.ceil(count / columns) * _HIGH * _UNIT + 0.6
+    if (width := width_or(usual)) == usual:
+        return usual, math.ceil(count / columns) * _HIGH * _UNIT + 0.6
+    rows = math.ceil(count / max(1, int(width / column)))
+    return width, min(rows * _HIGH * _UNIT + 0.6, _PAGE)
 
 
 def _column(a: float) -> float:

@@ -207,8 +207,9 @@ class Store:
             try:
                 yield connection
             finally:
-                for cursor in [*driver.statements]:
-                    cursor.close()
+                with suppress(sqlite3.ProgrammingError):  # closed already, as in a forked process
+                    for cursor in [*driver.statements]:
+                        cursor.close()
                 if driver.alone and before != file_id(self.path):
                     raise StoreError(f"{self.path} was written while it was being read: try again")
 
@@ -396,6 +397,7 @@ def finish(connection: sa.Connection, version: int) -> None:
     driver = driver_of(connection)
     driver.execute(f"PRAGMA application_id = {t.APPLICATION_ID}")
     driver.execute(f"PRAGMA user_version = {version}")
+    count_transaction(connection)
 
 
 def upgrade(connection: sa.Connection) -> None:
@@ -408,4 +410,3 @@ def upgrade(connection: sa.Connection) -> None:
     with resources.as_file(MIGRATIONS) as folder:  # a copy, if Python imports this package from an archive
         config.set_main_option("script_location", str(folder))
         command.upgrade(config, "head")
-    count_transaction(connection)

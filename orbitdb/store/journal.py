@@ -3,8 +3,8 @@
 SQLite keeps the latest changes in a journal, ``orbits.db-wal``, until it moves them into the file. It finds
 the journal by name alone. If a killed process leaves a journal behind, and another file is then copied over
 the catalogue, SQLite would apply the journal to that file. To notice this, every transaction that writes
-increases a counter in the row of its run. A journal belongs to a file if it
-contains the file's last run, with at least the same number of commits, and every commit since then.
+increases a counter in the row of its run. A journal belongs to a file if it contains the file's last run,
+with at least the same number of commits, and every commit since then.
 """
 
 import os

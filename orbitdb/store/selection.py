@@ -110,9 +110,9 @@ class Selection:
             time_reversal=reversal,
             symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
             contains=parse(given["contains"]) if "contains" in given else None,
-            without=_each(given.get("without", ()), parse),
-            exists=_each(given.get("exists", ()), _half_length),
-            not_at=_each(given.get("not_at", ()), _half_length),
+            without=_each(given, "without", parse),
+            exists=_each(given, "exists", _half_length),
+            not_at=_each(given, "not_at", _half_length),
             ranges={name: bounds for name, bounds in ranges.items() if bounds != (None, None)},
             where=where,
             parameters=plain_values(given.get("parameters", {})),
@@ -278,7 +278,7 @@ def _pair(name: str, bounds: object) -> Bounds:
     numbers = [bound for bound in pair if bound is not None]
     if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
         raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10); either can be None")
-    low, high = (None if bound is None else _plain_number(bound) for bound in pair)
+    low, high = (None if bound is None else _plain_number(name, bound) for bound in pair)
     if low is not None and high is not None and low > high:
         raise SelectionError(f"{name} = {bounds!r:.40} runs backwards: give {(high, low)}")
     return low, high
@@ -299,16 +299,16 @@ def plain_value(name: str, value: object) -> str | int | float:
     if isinstance(value, str):
         return str(value)
     if isinstance(value, Real):
-        return _plain_number(value)
+        return _plain_number(name, value)
     raise SelectionError(f"{name} = {value!r:.40}: give a number or a text")
 
 
-def _plain_number(value: Real) -> int | float:
+def _plain_number(name: str, value: Real) -> int | float:
     try:
         whole = int(value) if isinstance(value, Integral) else None
         return float(value) if whole is None or abs(whole) >= _LARGEST else whole
     except OverflowError:
-        raise SelectionError("a number is too large") from None
+        raise SelectionError(f"{name}: {value!r:.20}... is too large") from None
 
 
 _LARGEST = 2**63
@@ -396,12 +396,13 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
     return statuses
 
 
-def _each(values: Any, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
-    """Read one value or several, and drop duplicates."""
+def _each(given: Mapping[str, Any], name: str, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
+    """Read one value or several of a criterion, and drop duplicates."""
+    values = given.get(name, ())
     alone = isinstance(values, str) or not isinstance(values, Iterable)
     found = tuple(dict.fromkeys(map(read, (values,) if alone else values)))
     if len(found) > _MOST_RANGES:
-        raise SelectionError(f"{len(found)} values, more than {_MOST_RANGES}: give fewer")
+        raise SelectionError(f"{name}: {len(found)} values, more than {_MOST_RANGES}; give fewer")
     return found
 
 

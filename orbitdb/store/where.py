@@ -174,7 +174,7 @@ def check(where: str, parameters: Parameters) -> Reads:
     """
     patience, stage, asked = Patience(), _stage(), _Asked(parameters)
     with watched(stage, patience, where):
-        if where.strip() in _COLUMNS:
+        if where.strip().lower() in _COLUMNS:
             raise ValueError("it is a column, not a condition: compare it, as in p > 3")
         _run(stage, f"SELECT 1 FROM catalogue WHERE {where}", asked, patience)  # refuses a bracket too many
         reads = _run(stage, f"SELECT 1 FROM catalogue WHERE (\n{where}\n)", asked, patience)

@@ -372,9 +372,9 @@ def test_descriptions_leave_out_empty_ranges_and_shorten_long_words(catalogue):
         ({"length": (math.nan, 3)}, "give two numbers"),
         ({"length": (9, 5)}, r"backwards: give \(5, 9\)"),
         ({"length": (0, 10**400)}, "too large"),
-        ({"exists": [1 + n / 100 for n in range(101)]}, "101 values, more than 100"),
+        ({"exists": [1 + n / 100 for n in range(101)]}, "exists: 101 values, more than 100"),
         ({"where": "p > 2", "parameters": {"1": 3}}, "'1' is not a name"),
-        ({"where": " length "}, "it is a column, not a condition"),
+        ({"where": " P "}, "it is a column, not a condition"),
     ],
     ids=str,
 )

@@ -96,6 +96,9 @@ async def test_escape_and_the_next_key_may_arrive_as_one(filled):
         await press(pilot, "escape", "question_mark", "slash")
         assert not app.screen_stack[0].query(KeysPanel)
         assert app.screen.query_one("Input").has_focus
+        await press(pilot, *"p<3", "alt+q")
+        assert app.screen is app.screen_stack[0]
+        assert app.is_running
 
 
 @pytest.mark.parametrize("size", [SMALL, TINY])
