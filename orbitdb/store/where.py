@@ -58,8 +58,9 @@ _OF_CLASSES = CLASS_COLUMNS.keys() - {"cycle"}  # an index on ids would change t
 _OF_CODES = {"code", "representative", "word", "words"}
 """The columns of views and tables that hold codes."""
 _STOPPED = (sqlite3.SQLITE_INTERRUPT, sqlite3.SQLITE_AUTH)
-_FAILED = "user-defined function raised exception"
-"""Codes and the message of SQLite's errors if a function of Python fails or refuses to go on."""
+_FAILED = ("user-defined function raised exception", "not authorized")
+"""Codes of SQLite's errors if a function of Python fails or refuses to go on, and what the messages of those
+without such a code begin with."""
 
 
 class CancelledError(Exception):
@@ -108,7 +109,7 @@ def watched(
             raise CancelledError from error
         reason = patience.reason or driver.refusal
         code = getattr(error, "sqlite_errorcode", None)
-        if not reason and (code in _STOPPED or str(error) == _FAILED):
+        if not reason and (code in _STOPPED or str(error).startswith(_FAILED)):
             raise KeyboardInterrupt from error
         if sql is None or isinstance(error, SelectionError):
             raise
