@@ -152,6 +152,10 @@ def plain_errors(path: Path) -> Iterator[None]:
         # a text that is not UTF-8 is damage, too
         message = "malformed" if isinstance(error, UnicodeDecodeError) else str(error)
         raise StoreError(remedy(path, message)) from error
+    except AssertionError as error:  # SQLAlchemy's own, in place of a signal while it ends a transaction
+        if isinstance(signalled := error.__context__, KeyboardInterrupt | SystemExit):
+            raise signalled from None
+        raise
 
 
 def remedy(path: Path, message: str) -> str:
