@@ -1131,7 +1131,7 @@ class Catalogue:
 
     def check_writable(self) -> FileId:
         """Raise `StoreError` if nothing can be stored, before long work; return which file it would be."""
-        from orbitdb.store.writing import check_writable
+        from orbitdb.store.writer import check_writable
 
         return check_writable(self.path)
 

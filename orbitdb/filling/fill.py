@@ -37,7 +37,7 @@ from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
 from orbitdb.store.lives import count_births, read_birth_fills
 from orbitdb.store.lookup import find_or_solve
 from orbitdb.store.selection import LEAST_PERIOD
-from orbitdb.store.writing import Writer
+from orbitdb.store.writer import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
 from orbitdb.symbols.pruning import FAMILY, count_admissible, count_primitive, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import SIZES, class_of, joined_words

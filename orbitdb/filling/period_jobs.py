@@ -16,7 +16,7 @@ from orbitdb.filling.workers import Task, Workers
 from orbitdb.progress import Tell
 from orbitdb.store.cursors import Cursor, OvertakenError, hold, keep, move
 from orbitdb.store.tables import DONE
-from orbitdb.store.writing import Writer
+from orbitdb.store.writer import Writer
 from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.pruning import count_admissible
 

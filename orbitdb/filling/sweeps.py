@@ -26,7 +26,7 @@ from orbitdb.store import tables
 from orbitdb.store.cursors import Cursor, delete_blocks, open_cursor, sums_of_blocks
 from orbitdb.store.file import reading
 from orbitdb.store.fills import moments_of, read_sweeps
-from orbitdb.store.writing import Writer, replace_row
+from orbitdb.store.writer import Writer, replace_row
 from orbitdb.symbols.enumeration import LeastWords, Span, all_least_words, class_spans
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES

@@ -70,8 +70,8 @@ class Driver(sqlite3.Connection):
     used : bool
         Whether it has answered a question.
     statements : WeakSet of sqlite3.Cursor
-        The cursors of statements that users wrote. A read transaction would last as long as one that has not
-        been read to its end.
+        Cursors of the statements that users wrote. The end of a snapshot closes them, because rows that
+        nobody reads would keep the transaction open.
     cancelled : callable
         Called now and then during long queries; if it returns True, `CancelledError` is raised.
     """

@@ -13,7 +13,7 @@ from sqlalchemy import ColumnElement, Table, func, select
 
 from orbitdb.store import tables as t
 from orbitdb.store.tables import DONE, FILLING
-from orbitdb.store.writing import replace_row
+from orbitdb.store.writer import replace_row
 from orbitdb.symbols.enumeration import Span
 
 

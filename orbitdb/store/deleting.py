@@ -14,7 +14,7 @@ from orbitdb.store.contents import Contents, contents
 from orbitdb.store.engines import make_engine, open_to_write, plain_errors
 from orbitdb.store.journal import checkpoint, journal_ids, remove_journal_of
 from orbitdb.store.paths import file_id
-from orbitdb.store.writing import Writer
+from orbitdb.store.writer import Writer
 
 
 def delete(

@@ -143,7 +143,7 @@ FORKED = """
 import os, sys
 from pathlib import Path
 from orbitdb import Catalogue
-from orbitdb.store.writing import Writer
+from orbitdb.store.writer import Writer
 
 catalogue = Catalogue(sys.argv[1])
 assert catalogue.a_values() == [1.6]  # leaves a connection in the pool
@@ -166,7 +166,7 @@ FORKED_WITHIN = """
 import os, sys
 from pathlib import Path
 from orbitdb import Catalogue
-from orbitdb.store.writing import Writer
+from orbitdb.store.writer import Writer
 
 catalogue = Catalogue(sys.argv[1])
 writer = Writer(Path(sys.argv[1]), {})

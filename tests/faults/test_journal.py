@@ -19,7 +19,7 @@ from orbitdb.store.file import reading, upgrading
 from orbitdb.store.journal import journal_files
 from orbitdb.store.selection import Selection
 from orbitdb.store.tables import PAGE_SIZE
-from orbitdb.store.writing import Writer
+from orbitdb.store.writer import Writer
 from orbitdb.verification.verify import verified
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="an open file cannot be replaced there")

@@ -21,7 +21,7 @@ from orbitdb.store.engines import make_engine, open_to_write
 from orbitdb.store.file import check_file
 from orbitdb.store.journal import checkpoint, journal_files
 from orbitdb.store.tables import SCHEMA_VERSION
-from orbitdb.store.writing import Writer
+from orbitdb.store.writer import Writer
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32", reason="the processes are stopped with POSIX signals"

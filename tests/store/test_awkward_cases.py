@@ -12,7 +12,8 @@ from orbitdb.answers.levels import stored_levels
 from orbitdb.quantum.levels import LevelWindow, ranges_not_stored
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import reading
-from orbitdb.store.writing import Writer, keep_levels, replace_certificates
+from orbitdb.store.writer import Writer
+from orbitdb.store.writing import keep_levels, replace_certificates
 from orbitdb.verification.orbits import certify
 from orbitdb.verification.verify import report
 

@@ -39,7 +39,7 @@ _PAUSING = """
 import os, signal
 from orbitdb.cli.main import run
 from orbitdb.filling import fill, sweeps
-from orbitdb.store.writing import Writer
+from orbitdb.store.writer import Writer
 for name in fill.METHODS:
     fill.METHODS[name] = fill.Method(fill.METHODS[name].solve, 64)
 fill.BIRTHS_BLOCK, sweeps.CLASSES, sweeps.SMALL = 64, 64, 1
