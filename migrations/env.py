@@ -8,7 +8,8 @@ from alembic import context
 from sqlalchemy import Connection
 
 from orbitdb.store import tables
-from orbitdb.store.file import check_file, finish, upgrading
+from orbitdb.store.file import finish, upgrading
+from orbitdb.store.file_kind import check_file
 from orbitdb.store.paths import absolute_path
 from orbitdb.store.views import drop_views
 

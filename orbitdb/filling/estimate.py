@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from orbitdb.output_files import check_space
-from orbitdb.store.file import check_file, reading
+from orbitdb.store.file import reading
+from orbitdb.store.file_kind import check_file
 from orbitdb.store.fills import read_fills, read_sweeps
 from orbitdb.store.lookup import a_values
 from orbitdb.store.tables import SCHEMA_VERSION

@@ -1,8 +1,7 @@
-"""The file of a catalogue: what kind of file it is, reading it, and creating or upgrading it."""
+"""The file of a catalogue: reading it, and creating or upgrading it."""
 
 import os
 import sqlite3
-import stat
 import weakref
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
@@ -23,11 +22,10 @@ from orbitdb.store.engines import (
     plain_errors,
     read_alone,
 )
+from orbitdb.store.file_kind import check_file, check_version, need_readable, pragma
 from orbitdb.store.journal import (
     count_transaction,
     journal_ids,
-    journal_size,
-    refuse_foreign_journal,
     remove_journal_of,
 )
 from orbitdb.store.paths import (
@@ -41,108 +39,6 @@ from orbitdb.store.paths import (
 )
 from orbitdb.store.views import create_views
 from orbitdb.symbols.symmetry import ELEMENT_ROWS
-from orbitdb.text import quoted
-
-# what kind of file it is
-
-
-def check_file(path: Path) -> int | None:
-    """Return the schema version of a file, or None if the file is missing or empty.
-
-    Raises
-    ------
-    StoreError
-        If the file is not a catalogue, or its schema is newer or older than this version can read.
-    """
-    try:
-        status = path.stat()
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    except OSError as error:
-        raise StoreError(f"{path} cannot be read ({error.strerror}): check its permissions") from error
-    if stat.S_ISDIR(status.st_mode):
-        raise StoreError(f"{path} is a folder: name a file")
-    if not stat.S_ISREG(status.st_mode):
-        raise StoreError(f"{path} is not an ordinary file: name another")
-    if status.st_size == 0:
-        return None
-    version, application, empty = _marks(path)
-    if empty:
-        return None  # a database without tables, because its creation was interrupted
-    if application != t.APPLICATION_ID:
-        pragmas = f"PRAGMA application_id = {t.APPLICATION_ID}; PRAGMA user_version = {t.SCHEMA_VERSION}"
-        raise StoreError(
-            f"{path} is another program's SQLite database: name another file "
-            f'(a catalogue restored from .dump needs "{pragmas}" in sqlite3)'
-        )
-    _check_version(path, version)
-    return version
-
-
-def _check_version(path: Path, version: int) -> None:
-    if version > t.SCHEMA_VERSION:
-        raise StoreError(
-            f"{path} has schema {version}, newer than this orbitdb's {t.SCHEMA_VERSION}: upgrade orbitdb"
-        )
-    if version < t.OLDEST_VERSION:
-        raise StoreError(
-            f"{path} was made by a development version of orbitdb (schema {version}): "
-            "fill a new one under another name"
-        )
-
-
-def need_readable(path: Path, missing_ok: bool = False) -> bool:
-    """Raise `StoreError`, which says what to do, unless there is a catalogue that this version can read.
-
-    Return False if it is missing, which is an error unless `missing_ok`.
-    """
-    return _need(path, t.OLDEST_READABLE, missing_ok)
-
-
-def need_newest(path: Path) -> None:
-    """Raise `StoreError`, which says what to do, unless the file is a catalogue with the latest schema."""
-    _need(path, t.SCHEMA_VERSION)
-
-
-def _need(path: Path, least: int, missing_ok: bool = False) -> bool:
-    version = check_file(path)
-    if version is None and missing_ok:
-        return False
-    if version is None:
-        there = "" if path.absolute() == absolute_path(None) else f" --db {quoted(path)}"
-        raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11{there}'")
-    if version < least:
-        raise StoreError(f"{path} has the older schema {version}: run 'orbitdb migrate' first")
-    return True
-
-
-def _marks(path: Path) -> tuple[int, int, bool]:
-    """Return the schema's version and the application of a file and its journal, and whether it is empty.
-
-    Only SQLite may open the file. A process that closes a file loses all its locks on it (POSIX), including
-    those of SQLite's connections, and other processes could then remove the journal while it is in use.
-    """
-    mode = "ro"
-    if not journal_size(path):
-        with suppress(sqlite3.Error):  # damaged, or being written at this moment
-            return _read_marks(uri_of(path) + "&immutable=1")
-        mode = "rw"  # so that closing the file removes the empty journal that opening it makes
-    refuse_foreign_journal(path)
-    with plain_errors(path):
-        return _read_marks(uri_of(path, mode))
-
-
-def _read_marks(uri: str) -> tuple[int, int, bool]:
-    with closing(open_sqlite(uri)) as driver:
-        version, application = (_pragma(driver, name) for name in ("user_version", "application_id"))
-        # the number of pages is looked up last, because that reads the schema
-        return version, application, not (version or application) and _pragma(driver, "page_count") <= 1
-
-
-def _pragma(driver: Driver, name: str) -> int:
-    (value,) = driver.execute(f"PRAGMA {name}").fetchone()
-    return int(value)
-
 
 # reading
 
@@ -270,7 +166,7 @@ class _OpenFile:
 
     def begun(self, connection: sa.Connection) -> None:
         """Read a page, because BEGIN alone does not fix what a transaction sees; check the schema again."""
-        _check_version(self.path, _pragma(driver_of(connection), "user_version"))
+        check_version(self.path, pragma(driver_of(connection), "user_version"))
         self.journal = journal_ids(self.path)
         self.connections.add(connection)
 
@@ -324,7 +220,7 @@ _PAGES_A_STEP = 1000
 def size_of(connection: sa.Connection) -> int:
     """Return the size in bytes of the file that a snapshot sees, with what is still in its journal."""
     driver = driver_of(connection)
-    return _pragma(driver, "page_count") * _pragma(driver, "page_size")
+    return pragma(driver, "page_count") * pragma(driver, "page_size")
 
 
 # creating and upgrading
@@ -361,7 +257,7 @@ def migrate(path: Path) -> Migration:
     with plain_errors(path), upgrading(path) as connection:
         if before:
             upgrade(connection)
-        elif not _pragma(driver_of(connection), "user_version"):  # nobody else has created it meanwhile
+        elif not pragma(driver_of(connection), "user_version"):  # nobody else has created it meanwhile
             _create(connection)
     return Migration(before, t.SCHEMA_VERSION)
 

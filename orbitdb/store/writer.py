@@ -17,7 +17,8 @@ from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.store import tables as t
 from orbitdb.store.connection import Driver
 from orbitdb.store.engines import make_engine, open_to_write, plain_errors
-from orbitdb.store.file import Store, need_newest
+from orbitdb.store.file import Store
+from orbitdb.store.file_kind import need_newest
 from orbitdb.store.journal import (
     JOURNAL_LIMIT,
     checkpoint,

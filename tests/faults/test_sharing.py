@@ -18,7 +18,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.store import connection as connections
 from orbitdb.store.cursors import OvertakenError
 from orbitdb.store.engines import make_engine, open_to_write
-from orbitdb.store.file import check_file
+from orbitdb.store.file_kind import check_file
 from orbitdb.store.journal import checkpoint, journal_files
 from orbitdb.store.tables import SCHEMA_VERSION
 from orbitdb.store.writer import Writer

@@ -14,7 +14,8 @@ from contents import SCHEMA_9, alter, ask, content
 from orbitdb import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.store import file, tables
-from orbitdb.store.file import check_file, migrate, need_newest
+from orbitdb.store.file import migrate
+from orbitdb.store.file_kind import check_file, need_newest
 from orbitdb.store.tables import APPLICATION_ID, SCHEMA_VERSION
 
 NEXT = SCHEMA_VERSION + 1
