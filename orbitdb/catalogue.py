@@ -1,6 +1,7 @@
 """`Catalogue`, the main class of the library: a database of periodic orbits to fill, query and check."""
 
 import math
+import os
 import threading
 from collections import Counter
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
@@ -180,7 +181,7 @@ class Catalogue:
         """
         before = getattr(self._of_thread, "moment", None)
         with self._moment(cancelled) as connection:
-            self._of_thread.moment = connection
+            self._of_thread.moment, self._of_thread.process = connection, os.getpid()
             try:
                 yield connection
             finally:
@@ -189,7 +190,7 @@ class Catalogue:
     def _moment(self, cancelled: Callable[[], bool] = never) -> AbstractContextManager[Connection]:
         """Return the moment of this thread's snapshot, or else a new one, which a generator may keep open."""
         opened: Connection | None = getattr(self._of_thread, "moment", None)
-        if opened is None or opened.invalidated:  # a forked process inherits no snapshot
+        if opened is None or self._of_thread.process != os.getpid():  # a forked process inherits none
             return self._store.snapshot(cancelled)
         return _joined(opened)
 
@@ -200,8 +201,7 @@ class Catalogue:
         self.close()
 
     def close(self) -> None:
-        """Close the file; a further question opens it again."""
-        self._store.close()
+        """Do nothing; the file is open only during a question."""
 
     @property
     def engine(self) -> "sqlalchemy.Engine":
@@ -460,22 +460,22 @@ class Catalogue:
         013 10.850685
         """
         from orbitdb.answers.listing import Listing
-        from orbitdb.store.selection_sql import COLUMNS
+        from orbitdb.store.select import VIEWED
 
         first = check_int("offset", offset, 0)
         most = None if limit is None else check_int("limit", limit, 0)
         chosen = self._several(selection, criteria)
         names = (
-            COLUMNS if columns is None else tuple(columns.split(",") if isinstance(columns, str) else columns)
+            VIEWED if columns is None else tuple(columns.split(",") if isinstance(columns, str) else columns)
         )
         return Listing(self.snapshot, self._moment, chosen, names, order, most, first, classes)
 
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
         """Return the number of words in a chosen subset, given as in `select`."""
-        from orbitdb.store.selection_sql import select_words
+        from orbitdb.store.select import count
 
-        return len(self._answer(select_words, selection, criteria))
+        return self._answer(count, selection, criteria)
 
     @with_criteria
     def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Counted":

@@ -7,16 +7,14 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
-import numpy as np
 from textual.cache import LRUCache
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.columns import IN_CATALOGUE
-from orbitdb.errors import InputError, StoreError
+from orbitdb.errors import DeletedError, InputError, StoreError
 from orbitdb.output_files import complete
-from orbitdb.store.rows import SelectedWords, rows_of
+from orbitdb.store.select import Words, count, first_of_period, first_that_begins, position_of, rows_of
 from orbitdb.store.selection import Selection
-from orbitdb.store.selection_sql import first_of_period, first_that_begins, position_of, select_words
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
 _MOST_FILTERS = 50
@@ -79,8 +77,9 @@ class Pages:
     """
 
     catalogue: Catalogue | None
-    chosen: SelectedWords
+    chosen: Words
     fields: Sequence[str]
+    size: int = 0
 
     def __post_init__(self) -> None:
         self._blocks: LRUCache[int, list[Row]] = LRUCache(_KEPT)  # a cached method would keep it alive
@@ -96,10 +95,13 @@ class Pages:
     ) -> Self:
         """Find the rows of a subset in a given order, the first `most` of them if that is given."""
         with catalogue.snapshot() as connection:
-            return cls(catalogue, select_words(connection, selection, str(ordering), most=most), fields)
+            size = count(connection, selection)
+        return cls(
+            catalogue, Words(selection, str(ordering)), fields, min(size, size if most is None else most)
+        )
 
     def __len__(self) -> int:
-        return len(self.chosen)
+        return self.size
 
     def row(self, place: int) -> Row:
         number, within = divmod(place, _BLOCK)
@@ -110,6 +112,9 @@ class Pages:
                 self._blocks[number] = list(
                     rows_of(connection, self.chosen, self.fields, first, first + _BLOCK)
                 )
+        if within >= len(self._blocks[number]):
+            self._blocks.discard(number)
+            raise DeletedError("some of the rows")
         return self._blocks[number][within]
 
     def position(self, word: str) -> int | None:
@@ -131,7 +136,7 @@ class Pages:
             return find(connection, self.chosen, wanted)
 
 
-NONE = Pages(None, SelectedWords(Selection(), np.zeros(0, np.int64), np.zeros(0, np.uint8)), USUAL)
+NONE = Pages(None, Words(Selection()), USUAL)
 """No rows: the table shows this before any rows are read, and if none can be read."""
 
 

@@ -19,9 +19,9 @@ from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.connection import Connection
 from orbitdb.store.fills import Sweep, moments_of, read_sweeps
+from orbitdb.store.select import classes_of
 from orbitdb.store.selection import Selection, SelectionError
-from orbitdb.store.selection_sql import select_words
-from orbitdb.store.where import check
+from orbitdb.store.where import reads_codes
 from orbitdb.symbols.words import packed, unpack
 
 
@@ -36,20 +36,19 @@ def read_classes(connection: Connection, selection: Selection, texts: Sequence[s
         raise SelectionError(
             f"only orbits (and boundary) have averages and lengths: leave out status {', '.join(without)}"
         )
-    chosen = select_words(
-        connection, selection, columns=("p", "class_size", "length", "lyapunov", "walls", *texts)
-    )
-    p, size, walls = (chosen.values[name].astype(np.int64) for name in ("p", "class_size", "walls"))
-    length, lyapunov = (chosen.values[name].astype(np.float64) for name in ("length", "lyapunov"))
+    names = ("p", "class_size", "length", "lyapunov", "walls", *texts)
+    ids, words, values = classes_of(connection, selection, names)
+    p, size, walls = (values[name].astype(np.int64) for name in ("p", "class_size", "walls"))
+    length, lyapunov = (values[name].astype(np.float64) for name in ("length", "lyapunov"))
     return OrbitClasses(
         p,
-        chosen.counts.astype(np.int64),
+        words,
         length,
         lyapunov,
         walls,
         size,
-        chosen.ids,
-        **{name: chosen.values[name] for name in texts},
+        ids,
+        **{name: values[name] for name in texts},
     )
 
 
@@ -204,7 +203,7 @@ def if_avoiding(chosen: Selection, said: str) -> str:
     """Return what averages without a pattern mean, under a condition for filters that read codes; else ''."""
     if chosen.without:
         return said
-    if chosen.where is not None and check(chosen.where, chosen.parameters).codes:
+    if chosen.where is not None and reads_codes(chosen.where):
         return f"if the filter leaves out just the words that contain some pattern, {said}"
     return ""
 

@@ -19,8 +19,8 @@ from orbitdb.store.contents import pruned_periods
 from orbitdb.store.fills import Fill, read_fills, read_sweeps
 from orbitdb.store.lives import counts_at, read_birth_fills
 from orbitdb.store.lookup import WITH_ORBITS, a_values, default_among
+from orbitdb.store.select import asks_of_lives, parse_order
 from orbitdb.store.selection import Selection, SelectionError, written_periods
-from orbitdb.store.selection_sql import asks_of_lives, parse_order
 from orbitdb.store.where import CODES_ARE_TEXTS, check, reads_codes
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_admissible, count_primitive

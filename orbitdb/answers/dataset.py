@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 from orbitdb import __version__
 from orbitdb.answers.completeness import gaps, nothing, periods_with_births
 from orbitdb.answers.entropy import table
-from orbitdb.answers.levels import stored_levels
 from orbitdb.answers.lyapunov import OF_AVERAGES, lyapunov
 from orbitdb.answers.results import Result
 from orbitdb.columns import EVERY, OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES, WRITTEN, Column
@@ -26,12 +25,11 @@ from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.connection import Connection
 from orbitdb.store.contents import class_rows, runs
-from orbitdb.store.fills import read_fills
+from orbitdb.store.fills import Fill, read_fills
 from orbitdb.store.lives import read_lives
-from orbitdb.store.results import best_reference, tightest_bounds
-from orbitdb.store.rows import COORDINATES, rows_of
+from orbitdb.store.results import best_reference, stored_levels, tightest_bounds
+from orbitdb.store.select import COORDINATES, Words, count, rows_of
 from orbitdb.store.selection import Selection
-from orbitdb.store.selection_sql import select_words
 from orbitdb.text import format_float
 
 PACKAGE = "datapackage.json"
@@ -121,19 +119,19 @@ def write_dataset(
     """
     notes = [line for subset in chosen for line in gaps(connection, subset, left_out=True)]
     subsets = [
-        (select_words(connection, replace(subset, periods=((fill.p, fill.p),))), fill)
+        (one := replace(subset, periods=((fill.p, fill.p),)), fill, count(connection, one))
         for subset in chosen
         for fill in read_fills(connection, subset.a)
         if fill.complete and subset.includes(fill.p)
     ]
-    if not (total := sum(len(subset) for subset, _ in subsets)):
+    if not (total := sum(number for _, _, number in subsets)):
         absent = tuple(filter(None, (nothing(connection, subset) for subset in chosen)))
         return Dataset(folder, 0, "", (*notes, *absent), absent)
-    need = sum(_OF_FILE + len(subset) * (_OF_WORD + _OF_BOUNCE * fill.p) for subset, fill in subsets)
+    need = sum(_OF_FILE + number * (_OF_WORD + _OF_BOUNCE * fill.p) for _, fill, number in subsets)
     _check(folder, force, need)
-    selection = chosen[0].describe(sorted({subset.selection.a for subset, _ in subsets}), total)
-    orbits = (_orbits(connection, subset, fill.words) for subset, fill in subsets)
-    filled = {fill.p for _, fill in subsets}
+    selection = chosen[0].describe(sorted({subset.a for subset, _, _ in subsets}), total)
+    orbits = (_orbits(connection, *subset) for subset in subsets)
+    filled = {fill.p for _, fill, _ in subsets}
     with complete_folder(folder) as draft:
         tables = chain(orbits, _others(connection, chosen, filled))
         resources = _write_tables(draft, tables, total, tell)
@@ -169,15 +167,11 @@ def _write_texts(draft: Path, selection: str, version: str) -> list[Resource]:
     return [_file(draft, name) for name in _TEXTS]
 
 
-def _orbits(connection: Connection, subset: Any, words: int) -> TableFile:
+def _orbits(connection: Connection, chosen: Selection, fill: Fill, number: int) -> TableFile:
     """Return the table of the chosen words of one period at one a, ordered by class and element."""
-    a, ((p, _),) = subset.selection.a, subset.selection.periods
-    rows = rows_of(connection, subset, [column.name for column in _ORBITS])
-    path, title = (
-        f"orbits/a={format_float(a)}_p={p:02d}.parquet",
-        subset.selection.describe(count=len(subset)),
-    )
-    return TableFile(path, title, _ORBITS, rows, words)
+    rows = rows_of(connection, Words(chosen), [column.name for column in _ORBITS])
+    path = f"orbits/a={format_float(chosen.a)}_p={fill.p:02d}.parquet"
+    return TableFile(path, chosen.describe(count=number), _ORBITS, rows, fill.words)
 
 
 def _others(connection: Connection, chosen: Sequence[Selection], filled: set[int]) -> Iterator[TableFile]:

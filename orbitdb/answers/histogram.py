@@ -11,9 +11,8 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import check_int
 from orbitdb.store.connection import Connection
-from orbitdb.store.rows import ROTATION_COLUMNS
+from orbitdb.store.select import ROTATION_COLUMNS, classes_of
 from orbitdb.store.selection import Selection, unknown_column
-from orbitdb.store.selection_sql import select_words
 
 _NAMES = ("a", "cycle", "representative", *ROTATION_COLUMNS)
 
@@ -58,11 +57,10 @@ def tally(connection: Connection, selection: Selection, columns: Sequence[str]) 
     for name in columns:
         if name not in COUNTABLE:
             raise unknown_column(name, COUNTABLE)
-    chosen = select_words(connection, selection, columns=columns)
-    words = chosen.counts.tolist()
+    _, words, values = classes_of(connection, selection, columns)
     tallies: dict[str, Counter[Any]] = {name: Counter() for name in columns}
     for name, numbers in tallies.items():
-        for value, count in zip(chosen.values[name].tolist(), words, strict=True):
+        for value, count in zip(values[name].tolist(), words.tolist(), strict=True):
             numbers[None if value != value else value] += count
     return tallies
 
@@ -72,8 +70,8 @@ def histogram(connection: Connection, selection: Selection, column: str, bins: i
     if column not in MEASURED:
         raise unknown_column(column, MEASURED)
     most = check_int("bins", bins)
-    chosen = select_words(connection, selection, columns=(column,))
-    values, rows = chosen.values[column].astype(np.float64), chosen.counts.astype(np.int64)
+    _, rows, read = classes_of(connection, selection, (column,))
+    values = read[column].astype(np.float64)
     present = ~np.isnan(values)
     if not present.any():
         return Histogram(np.zeros(0), np.zeros(0, np.int64), int(rows.sum()), False)

@@ -26,10 +26,10 @@ from orbitdb.quantum.missing_levels import Assessment, assess, without_twins
 from orbitdb.quantum.radius_fit import WIDEST, widest
 from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
 from orbitdb.quantum.weyl import Parity, as_levels, check_levels, one_parity, parities_of, weyl
-from orbitdb.store import results
 from orbitdb.store.connection import Connection
 from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import WITH_ORBITS, a_values
+from orbitdb.store.results import stored_levels
 from orbitdb.store.selection import Selection
 from orbitdb.text import format_float, several
 
@@ -94,14 +94,6 @@ def levels_to_gap(connection: Connection, a: float, parity: Parity | None) -> tu
     except InputError:
         return None
     return levels.k, levels.high
-
-
-def stored_levels(connection: Connection, a: float, parity: Parity) -> list[LevelWindow]:
-    """Return the stored windows of levels of one parity."""
-    return [
-        LevelWindow(a, parity, window.low, window.high, window.below, k, error, window.seconds)
-        for window, k, error in results.read_levels(connection, a, str(parity))
-    ]
 
 
 def levels_from_orbits(

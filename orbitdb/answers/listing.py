@@ -24,9 +24,8 @@ from orbitdb.display import MOST_SHOWN, data_frame, text_table
 from orbitdb.output_files import check_rows, write_file
 from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.fills import read_fills
-from orbitdb.store.rows import COLUMNS, SelectedWords, rows_of
+from orbitdb.store.select import COLUMNS, Words, count, parse_order, rows_of
 from orbitdb.store.selection import Selection, unknown_column
-from orbitdb.store.selection_sql import parse_order, select_words
 from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
@@ -78,7 +77,7 @@ class Listing:
     limit: int | None = None
     offset: int = 0
     classes: bool = False
-    _read: tuple[Connection, bool, list[SelectedWords]] | None = field(default=None, init=False)
+    _known: tuple[Connection, list[int]] | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         for name in self.columns:
@@ -97,7 +96,7 @@ class Listing:
 
     def _rows(self, end: int | None) -> Iterator[Row]:
         with self._moment() as connection:
-            subsets = self._subsets(connection)
+            subsets = [Words(chosen, self.order, self.classes) for chosen in self.selections]
             if len(subsets) > 1:
                 yield from self._merged(connection, subsets, end)
             else:
@@ -107,7 +106,7 @@ class Listing:
     def total(self) -> int:
         """Number of rows without limit and offset."""
         with self._snapshot() as connection:
-            return sum(map(len, self._subsets(connection, counted=True)))
+            return sum(self._counts(connection))
 
     @property
     def empty(self) -> bool:
@@ -219,34 +218,21 @@ class Listing:
     def _end(self) -> int | None:
         return None if self.limit is None else self.limit + self.offset
 
-    def _subsets(self, connection: Connection, counted: bool = False) -> list[SelectedWords]:
-        """Return the subset at each a, with all its words if `counted`, else with those up to the limit.
-
-        What was found is kept for further questions at the same moment.
-        """
-        counted = counted or self._end is None
-        if self._read is None or self._read[0] is not connection or counted > self._read[1]:
-            subsets = [
-                select_words(
-                    connection, one, self.order, most=self._end, counted=counted, by_class=self.classes
-                )
-                for one in self.selections
-            ]
-            self._read = connection, counted, subsets
-        return self._read[2]
-
     def _with_rows(self) -> Sequence[Selection]:
         """Return the selections that have rows; if none has any, return all of them."""
         if len(self.selections) == 1:
             return self.selections
         with self._snapshot() as connection:
-            subsets = self._subsets(connection)
-        pairs = zip(self.selections, subsets, strict=True)
-        return [chosen for chosen, words in pairs if len(words)] or self.selections
+            pairs = zip(self.selections, self._counts(connection), strict=True)
+        return [chosen for chosen, number in pairs if number] or self.selections
 
-    def _merged(
-        self, connection: Connection, subsets: Sequence[SelectedWords], end: int | None
-    ) -> Iterator[Row]:
+    def _counts(self, connection: Connection) -> list[int]:
+        """Return the number of rows at each a, which is kept for further questions at the same moment."""
+        if self._known is None or self._known[0] is not connection:
+            self._known = connection, [count(connection, one, self.classes) for one in self.selections]
+        return self._known[1]
+
+    def _merged(self, connection: Connection, subsets: Sequence[Words], end: int | None) -> Iterator[Row]:
         """Merge the rows at several a; empty fields come last, whether the order ascends or descends."""
         falling = parse_order(self.order)
         for name in _NATURAL:

@@ -10,9 +10,8 @@ from orbitdb.answers.subset import ARRAY_FIELDS, Subset
 from orbitdb.arrays import Floats, Integers, Values
 from orbitdb.columns import kind_of
 from orbitdb.store.connection import Connection, path_of
-from orbitdb.store.rows import COORDINATES, blocks_of
+from orbitdb.store.select import COORDINATES, Words, blocks_of, count
 from orbitdb.store.selection import Selection
-from orbitdb.store.selection_sql import select_words
 
 
 def read_subset(
@@ -24,7 +23,7 @@ def read_subset(
     limit: int | None = None,
 ) -> Subset:
     """Return the chosen words as arrays (`Catalogue.select`)."""
-    chosen = select_words(connection, selection, order, most=limit, counted=True, by_class=by_class)
+    chosen, number = Words(selection, order, by_class), count(connection, selection, by_class)
     names = [*ARRAY_FIELDS, *([COORDINATES] if coordinates else [])]
     parts: dict[str, list[Any]] = {name: [] for name in names}
     for block in blocks_of(connection, chosen, names, last=limit):
@@ -35,7 +34,7 @@ def read_subset(
         name: np.concatenate(parts.pop(name) or [_array(name, [])]) for name in [*parts]
     }
     missing = unfilled(connection, selection) or lacking_births(connection, selection)
-    total = None if limit is None or limit >= len(chosen) else len(chosen)
+    total = None if limit is None or limit >= number else number
     filled = tuple(filled_periods(connection, selection))
     return Subset(selection, **arrays, coordinates=places, unfilled=missing, filled=filled, total=total,
                   path=path_of(connection), by_class=by_class)  # fmt: skip

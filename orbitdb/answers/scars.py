@@ -18,9 +18,8 @@ from orbitdb.quantum.waves import scar_strengths
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 from orbitdb.store.connection import Connection
 from orbitdb.store.lookup import find_word
-from orbitdb.store.rows import rows_of
+from orbitdb.store.select import Words, rows_of
 from orbitdb.store.selection import Selection
-from orbitdb.store.selection_sql import select_words
 from orbitdb.text import format_float, shortened
 
 SHORTEST = 20
@@ -128,9 +127,7 @@ def _above(own: float, others: Floats) -> float | None:
 def shortest_orbits(connection: Connection, a: float) -> list[Orbit]:
     """Return the bouncing balls and the shortest stored orbits, one of each class."""
     chosen = replace(Selection(a), statuses=(Status.ORBIT,), where="code = representative")
-    rows = rows_of(
-        connection, select_words(connection, chosen, "length", most=SHORTEST), ("code",), 0, SHORTEST
-    )
+    rows = rows_of(connection, Words(chosen, "length"), ("code",), 0, SHORTEST)
     words = [word for (word,) in rows]
     orbits = [orbit for word in words if (orbit := find_word(connection, word, a)) is not None]
     if not orbits:

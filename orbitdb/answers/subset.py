@@ -22,9 +22,8 @@ from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.output_files import arrow_batch, arrow_schema
 from orbitdb.store.file import Store
 from orbitdb.store.lookup import find_or_solve
-from orbitdb.store.rows import COORDINATES, blocks_of
+from orbitdb.store.select import COORDINATES, Words, blocks_of
 from orbitdb.store.selection import Selection, SelectionError
-from orbitdb.store.selection_sql import select_words
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.words import WordError, from_strings, key, least_rotation, parse
 from orbitdb.text import several
@@ -272,7 +271,7 @@ class Subset(Table, Drawn):
                 ranges={**self.selection.ranges, "length": lengths},
             )
             with Store(self.path).snapshot() as connection:
-                chosen = select_words(connection, near, by_class=self.by_class)
+                chosen = Words(near, by_class=self.by_class)
                 for block in blocks_of(connection, chosen, ("code", COORDINATES)):
                     found = zip(*block, strict=True)
                     parts |= {code: read for code, read in found if read is not None and code in parts}

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from contextlib import closing, nullcontext
 from pathlib import Path
 
-from orbitdb.answers.levels import stored_levels
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.workers import at_work
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.levels import LevelWindow, in_order, ranges_not_stored, windows
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import reading
+from orbitdb.store.results import stored_levels
 from orbitdb.store.writer import Writer
 from orbitdb.store.writing import keep_levels
 

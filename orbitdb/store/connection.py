@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from sqlalchemy import Connection, Select
+from sqlalchemy import Connection, GenerativeSelect
 from sqlalchemy.exc import ResourceClosedError as ClosedError
 from sqlalchemy.exc import StatementError
 
@@ -42,9 +42,6 @@ OLDEST_SQLITE = (3, 37, 0)
 DATABASE_ERRORS = (sqlite3.Error, StatementError, UnicodeDecodeError)
 """What reading or writing a file can raise; SQLAlchemy wraps the errors of the driver."""
 
-FUNCTIONS = ("code", "contains")
-"""The SQL functions of words (`Driver.add_functions`)."""
-
 _CACHED = 64
 """Number of words or patterns whose symbols such a function keeps."""
 
@@ -65,10 +62,6 @@ class Driver(sqlite3.Connection):
         Why ``code()`` or ``contains()`` last failed; SQLite does not pass this on.
     alone : bool
         Whether it reads the file without locks and journal (`read_alone`).
-    opened : object
-        What the file was like when it was opened.
-    used : bool
-        Whether it has answered a question.
     statements : WeakSet of sqlite3.Cursor
         Cursors of the statements that users wrote. The end of a snapshot closes them, because rows that
         nobody reads would keep the transaction open.
@@ -79,8 +72,6 @@ class Driver(sqlite3.Connection):
     path = Path(":memory:")
     refusal = ""
     alone = False
-    opened: object = None
-    used = False
     statements: weakref.WeakSet[sqlite3.Cursor]
     cancelled: Callable[[], bool] = staticmethod(never)
 
@@ -89,7 +80,7 @@ class Driver(sqlite3.Connection):
         self.statements = weakref.WeakSet()
 
     def add_functions(self, strict: bool = False) -> None:
-        """Add the SQL functions `FUNCTIONS` of words.
+        """Add the SQL functions of words.
 
         ``code(word)`` is the least rotation of a word. ``contains(word, pattern)`` is 1 if the pattern occurs
         in the cyclic word, else 0. Both are NULL for NULL, and for symbols that are not a word, as a part of
@@ -135,7 +126,7 @@ def driver_of(connection: Connection) -> Driver:
     return driver
 
 
-def cursor_of(connection: Connection, query: Select[Any]) -> Any:
+def cursor_of(connection: Connection, query: GenerativeSelect) -> Any:
     """Run a query and return the driver's cursor, because rows of SQLAlchemy take longer to read."""
     cursor = connection.execute(query).cursor
     assert cursor is not None

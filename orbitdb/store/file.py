@@ -1,16 +1,14 @@
 """The file of a catalogue: reading it, and creating or upgrading it."""
 
-import os
 import sqlite3
-import weakref
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from importlib import resources
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import sqlalchemy as sa
-from sqlalchemy.pool import Pool, QueuePool, StaticPool
+from sqlalchemy.pool import NullPool, StaticPool
 
 from orbitdb.errors import StoreError
 from orbitdb.store import tables as t
@@ -20,7 +18,6 @@ from orbitdb.store.engines import (
     open_to_read,
     open_to_write,
     plain_errors,
-    read_alone,
 )
 from orbitdb.store.file_kind import check_file, check_version, need_readable, pragma
 from orbitdb.store.journal import (
@@ -29,7 +26,6 @@ from orbitdb.store.journal import (
     remove_journal_of,
 )
 from orbitdb.store.paths import (
-    FileId,
     absolute_path,
     check_same_file,
     data_folder,
@@ -44,10 +40,7 @@ from orbitdb.symbols.symmetry import ELEMENT_ROWS
 
 
 class Store:
-    """A catalogue file to read, with an engine whose connections stay open between questions.
-
-    Nothing is locked between questions, so that others can write to the file or replace it. A question opens
-    the file anew if it has changed.
+    """A catalogue file to read; each question opens it, so that others can write to it or replace it.
 
     Parameters
     ----------
@@ -73,21 +66,19 @@ class Store:
     def __init__(self, path: Path | str | None = None, missing_ok: bool = False) -> None:
         need_readable(default_path() if path is None else home_expanded(path), missing_ok)
         self.path, self._missing_ok = absolute_path(path), missing_ok
-        self._open = _OpenFile(self.path, missing_ok)
-        self.engine = make_engine(self._open.connect, "BEGIN", QueuePool, pool_use_lifo=True, max_overflow=-1)
-        self._open.pool = self.engine.pool
-        sa.event.listen(self.engine, "checkout", self._open.check)
-        sa.event.listen(self.engine, "begin", self._open.begun)
-        weakref.finalize(self, _close, self.engine, self._open, True)
-        _STORES.add(self)
+        self.engine = make_engine(self._open, "BEGIN", NullPool)
+        sa.event.listen(self.engine, "begin", _begun)
 
     def there(self) -> bool:
         """Tell whether there is a catalogue at the path now; raise `StoreError` if it cannot be read."""
         return need_readable(self.path, self._missing_ok)
 
-    def close(self) -> None:
-        """Close the connections; a further question opens the file anew."""
-        _close(self.engine, self._open)
+    def _open(self) -> Driver:
+        """Open the file that is now at the path, or an empty catalogue in memory."""
+        with plain_errors(self.path):
+            driver = open_to_read(self.path) if self.there() else open_empty()
+            driver.path = self.path
+            return driver
 
     @contextmanager
     def snapshot(self, cancelled: Callable[[], bool] = never) -> Iterator[sa.Connection]:
@@ -95,93 +86,28 @@ class Store:
 
         Long queries call `cancelled` now and then, and raise `CancelledError` if it returns True.
         """
-        with plain_errors(self.path), self.engine.connect() as connection:
-            connection.begin()
-            driver = driver_of(connection)
-            driver.cancelled = cancelled
-            before = file_id(self.path)
-            try:
-                yield connection
-            finally:
-                with suppress(sqlite3.ProgrammingError):  # closed already, as in a forked process
-                    for cursor in [*driver.statements]:
-                        cursor.close()
-                if driver.alone and before != file_id(self.path):
-                    raise StoreError(f"{self.path} was written while it was being read: try again")
+        before, journal = file_id(self.path), journal_ids(self.path)
+        try:
+            with plain_errors(self.path), self.engine.connect() as connection:
+                connection.begin()
+                driver = driver_of(connection)
+                driver.cancelled, journal = cancelled, journal_ids(self.path)
+                try:
+                    yield connection
+                finally:
+                    with suppress(sqlite3.ProgrammingError):  # closed already, as in a forked process
+                        for cursor in [*driver.statements]:
+                            cursor.close()
+                    if driver.alone and before != file_id(self.path):
+                        raise StoreError(f"{self.path} was written while it was being read: try again")
+        finally:
+            remove_journal_of(self.path, before, journal)
 
 
-_STORES = weakref.WeakSet[Store]()
-
-
-def _close_idle() -> None:
-    """Close all idle connections before a fork: SQLite's locks do not follow them into the new process."""
-    for store in [*_STORES]:
-        store.close()
-
-
-def _close_inherited() -> None:
-    """Close the connections of open snapshots in a forked process, whose questions open the file anew."""
-    for store in [*_STORES]:
-        _close(store.engine, store._open, True)
-
-
-if hasattr(os, "register_at_fork"):  # Windows cannot fork
-    os.register_at_fork(before=_close_idle, after_in_child=_close_inherited)
-
-
-class _OpenFile:
-    """The file that the connections of a `Store` have open, which another file may replace."""
-
-    def __init__(self, path: Path, missing_ok: bool) -> None:
-        self.path, self._missing_ok = path, missing_ok
-        self.file = file_id(path)  # as it was when a connection was last opened
-        self.journal: dict[Path, FileId | None] = {}
-        self.connections = weakref.WeakSet[sa.Connection]()
-        self.pool: Pool | None = None
-
-    def _now(self) -> tuple[FileId | None, bool]:
-        return file_id(self.path), read_alone(self.path)
-
-    def connect(self) -> Driver:
-        """Open the file that is now at the path, or an empty catalogue in memory."""
-        with plain_errors(self.path):
-            there = need_readable(self.path, self._missing_ok)
-            now = self.file, _ = self._now()
-            driver = open_to_read(self.path) if there else open_empty()
-            driver.path, driver.opened = self.path, now
-            return driver
-
-    def check(self, driver: Driver, _record: Any, _proxy: Any) -> None:
-        """Make the pool open the file anew if it is not the one that a kept connection has open.
-
-        A file that was copied over another one keeps its inode, so its size and time count, too. All idle
-        connections are closed, because the last one to close an old file removes its journal.
-        """
-        if driver.used and driver.opened != self._now():
-            if self.pool:
-                self.pool.dispose()
-            self.remove_journal()
-            raise sa.exc.InvalidatePoolError("the file was written or replaced")
-        driver.used = True
-
-    def begun(self, connection: sa.Connection) -> None:
-        """Read a page, because BEGIN alone does not fix what a transaction sees; check the schema again."""
-        check_version(self.path, pragma(driver_of(connection), "user_version"))
-        self.journal = journal_ids(self.path)
-        self.connections.add(connection)
-
-    def remove_journal(self) -> None:
-        """Remove the journal of a file that has been replaced."""
-        remove_journal_of(self.path, self.file, self.journal)
-
-
-def _close(engine: sa.Engine, opened: _OpenFile, last: bool = False) -> None:
-    """Close the idle connections; the last time also those of snapshots and of rows not read to their end."""
-    engine.pool.dispose()  # a new pool would lose sight of the connections in use
-    for connection in [*opened.connections] if last else ():
-        if not connection.closed:
-            connection.invalidate()
-    opened.remove_journal()
+def _begun(connection: sa.Connection) -> None:
+    """Read a page, because BEGIN alone does not fix what a transaction sees; check the schema again."""
+    driver = driver_of(connection)
+    check_version(driver.path, pragma(driver, "user_version"))
 
 
 def open_empty() -> Driver:
@@ -196,12 +122,8 @@ def open_empty() -> Driver:
 @contextmanager
 def reading(path: Path | str | None = None) -> Iterator[sa.Connection]:
     """Open a catalogue for a single snapshot, and close it afterwards."""
-    store = Store(path)
-    try:
-        with store.snapshot() as connection:
-            yield connection
-    finally:
-        store.close()
+    with Store(path).snapshot() as connection:
+        yield connection
 
 
 def copy_into(connection: sa.Connection, path: Path) -> None:

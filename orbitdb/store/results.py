@@ -2,12 +2,11 @@
 
 from dataclasses import fields
 from itertools import groupby
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from sqlalchemy import Connection, and_, func, select, true
 
-from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy_bounds.bounds import BALLS, DOUBLES, EntropyBounds
 from orbitdb.errors import InputError
@@ -15,6 +14,8 @@ from orbitdb.store import tables as t
 from orbitdb.store.connection import cursor_of
 
 if TYPE_CHECKING:
+    from orbitdb.quantum.levels import LevelWindow
+    from orbitdb.quantum.weyl import Parity
     from orbitdb.trajectories.ensemble import Reference
 
 
@@ -53,35 +54,20 @@ def best_reference(connection: Connection, a: float) -> "Reference | None":
     return None if row is None else Reference(**{**row, "a": a, "seed": int(row["seed"])})
 
 
-class LevelRange(NamedTuple):
-    """A range low <= k < high in which all levels of one parity are stored.
+def stored_levels(connection: Connection, a: float, parity: "Parity") -> "list[LevelWindow]":
+    """Return the stored windows of levels of one parity."""
+    from orbitdb.quantum.levels import LevelWindow
 
-    Attributes
-    ----------
-    low, high : float
-    below : int
-        Number of levels below the range.
-    seconds : float
-        Processor time that the levels took.
-    """
-
-    low: float
-    high: float
-    below: int
-    seconds: float
-
-
-def read_levels(connection: Connection, a: float, parity: str) -> list[tuple[LevelRange, Floats, Floats]]:
-    """Return each stored range of levels of one parity with its levels and their errors, shape (N,)."""
     own, fill = t.level.c, t.level_fill.c
-    query = select(own.k, own.error).where(own.a == a, own.parity == parity)
+    query = select(own.k, own.error).where(own.a == a, own.parity == str(parity))
     levels = np.array(cursor_of(connection, query).fetchall(), np.float64).reshape(-1, 2)
-    windows = select(*(fill[name] for name in LevelRange._fields)).where(fill.a == a, fill.parity == parity)
-    ranges = []
-    for window in (LevelRange(*row) for row in connection.execute(windows)):
-        k, error = levels[(levels[:, 0] >= window.low) & (levels[:, 0] < window.high)].T
-        ranges.append((window, k, error))
-    return ranges
+    columns = (fill.low, fill.high, fill.below, fill.seconds)
+    windows = connection.execute(select(*columns).where(fill.a == a, fill.parity == str(parity)))
+    parts = []
+    for low, high, below, seconds in windows:
+        k, error = levels[(levels[:, 0] >= low) & (levels[:, 0] < high)].T
+        parts.append(LevelWindow(a, parity, low, high, below, k, error, seconds))
+    return parts
 
 
 def level_windows(connection: Connection) -> list[tuple[float, str, float, float, int]]:

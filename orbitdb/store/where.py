@@ -19,7 +19,6 @@ from sqlalchemy.exc import StatementError
 from orbitdb.columns import EVERY
 from orbitdb.store import tables as t
 from orbitdb.store.connection import (
-    FUNCTIONS,
     STEPS_BETWEEN_SIGNALS,
     Driver,
     driver_of,
@@ -55,8 +54,8 @@ _ALLOWED = {
     sqlite3.SQLITE_RECURSIVE,
 }
 _OF_CLASSES = CLASS_COLUMNS.keys() - {"cycle"}  # an index on ids would change the order of the rows
-_OF_CODES = {"code", "representative", "word", "words"}
-"""The columns of views and tables that hold codes."""
+_OF_CODES = {"code", "representative", "word", "words", "contains"}
+"""The columns of views and tables that hold codes, and the functions of words."""
 _STOPPED = (sqlite3.SQLITE_INTERRUPT, sqlite3.SQLITE_AUTH)
 _FAILED = ("user-defined function raised exception", "not authorized")
 """Codes of SQLite's errors if a function of Python fails or refuses to go on, and what the messages of those
@@ -131,18 +130,10 @@ class Reads(NamedTuple):
         Names of the columns of tables and views; None stands for a table without a named column.
     queries : int
         Number of its SELECTs.
-    calls_code : bool
-        Whether it calls a function of words (`FUNCTIONS`).
     """
 
     columns: frozenset[str | None]
     queries: int
-    calls_code: bool
-
-    @property
-    def codes(self) -> bool:
-        """Whether it reads codes, or calls a function of words."""
-        return self.calls_code or bool(self.columns & _OF_CODES)
 
     @property
     def of_classes(self) -> bool:
@@ -189,15 +180,14 @@ def check(where: str, parameters: Parameters) -> Reads:
 def _run(stage: Driver, statement: str, values: Mapping[str, Any], patience: Patience) -> Reads:
     """Run a statement on the empty catalogue, let it only read, and note what it reads."""
     columns: set[str | None] = set()
-    queries, calls_code = 0, False
+    queries = 0
 
     def note(action: int, _table: str | None, name: str | None, *_others: str | None) -> int:
-        nonlocal queries, calls_code
+        nonlocal queries
         if action not in _ALLOWED or name == "load_extension":
             patience.reason = _ONLY_READ if action not in _ALLOWED else "it may not load extensions"
             return sqlite3.SQLITE_DENY
         queries += action == sqlite3.SQLITE_SELECT
-        calls_code |= action == sqlite3.SQLITE_FUNCTION and name in FUNCTIONS
         if action == sqlite3.SQLITE_READ:
             columns.add(name)
         return sqlite3.SQLITE_OK
@@ -207,7 +197,7 @@ def _run(stage: Driver, statement: str, values: Mapping[str, Any], patience: Pat
         stage.execute(statement, values).fetchone()
     finally:
         stage.set_authorizer(None)
-    return Reads(frozenset(columns), queries, calls_code)
+    return Reads(frozenset(columns), queries)
 
 
 _kept = threading.local()
@@ -325,31 +315,13 @@ CODES_ARE_TEXTS = (
 
 
 def reads_codes(sql: str) -> bool:
-    """Tell whether an expression or a statement reads codes; SQL that cannot be run does not."""
-    reads, _ = _compiled(sql)
-    return reads is not None and reads.codes
+    """Tell whether an expression or a statement names a column or a function of codes."""
+    return not _OF_CODES.isdisjoint(re.findall(r"\w+", _LEXED.sub("", sql).lower()))
 
 
 def bound_names(sql: str) -> set[str]:
-    """Return the names (``:name``) in an expression or a statement; none if it cannot be run."""
-    return _compiled(sql)[1]
-
-
-def _compiled(sql: str) -> tuple[Reads | None, set[str]]:
-    """Compile an expression or a statement; return what it reads and the names in it."""
-    stage = _stage()
-    for statement in (f"SELECT 1 FROM catalogue WHERE (\n{sql}\n)", sql):
-        patience, values = Patience(), _Unknown({})
-        with suppress(SelectionError), watched(stage, patience, sql):
-            return _run(stage, f"EXPLAIN {statement}", values, patience), values.names
-    return None, set()
-
-
-class _Unknown(_Asked):
-    """NULL for every name in SQL."""
-
-    def __missing__(self, name: str) -> None:
-        return None
+    """Return the names (``:name``) in an expression or a statement."""
+    return {part["name"] for part in _LEXED.finditer(sql) if part["name"]}
 
 
 _LARGEST_INTEGER = 2**63

@@ -46,7 +46,6 @@ class Writer:
         self._references = references
         self._interrupted = False
         self._drivers: tuple[Driver, ...] = ()  # one that writes, and one that moves the journal
-        self._store: Store | None = None
         self._engine = make_engine(self._open, "BEGIN IMMEDIATE", StaticPool)
 
     def _open(self) -> Driver:
@@ -88,8 +87,7 @@ class Writer:
     def reading(self) -> Iterator[Connection]:
         """Yield a connection that sees the file as it is now, even while others write."""
         self._check_file()
-        self._store = self._store or Store(self.path)
-        with self._store.snapshot() as connection:
+        with Store(self.path).snapshot() as connection:
             yield connection
 
     def try_to_write(self) -> None:
@@ -106,8 +104,6 @@ class Writer:
             If the file is no longer at its path.
         """
         moved = False
-        if self._store:
-            self._store.close()
         if self._journal and not self._interrupted:  # or the interrupted statement may still have the lock
             with suppress(sqlite3.Error, sa.exc.DBAPIError):
                 checkpoint(self._engine, self._drivers[-1])

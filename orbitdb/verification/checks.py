@@ -16,8 +16,8 @@ from orbitdb.errors import AlteredError, DeletedError, WorkError
 from orbitdb.orbits.orbits import NUMBERS, Orbits
 from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
+from orbitdb.store.select import classes_of
 from orbitdb.store.selection import Selection, SelectionError
-from orbitdb.store.selection_sql import select_words
 from orbitdb.symbols.words import from_strings
 from orbitdb.text import shortened
 
@@ -174,8 +174,8 @@ class Scope:
 
     def classes(self, selection: Selection, rng: np.random.Generator) -> Ids:
         """Return the ids of the classes chosen at one a, or of a random sample of them."""
-        chosen = select_words(self.connection, selection)
-        return self.sampled(self.ids(only=chosen.ids), rng)
+        chosen, *_ = classes_of(self.connection, selection)
+        return self.sampled(self.ids(only=chosen), rng)
 
 
 class Checked(NamedTuple):

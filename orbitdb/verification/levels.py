@@ -5,10 +5,10 @@ from functools import partial
 
 import numpy as np
 
-from orbitdb.answers.levels import stored_levels
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.levels import ROUNDING, windows
 from orbitdb.quantum.weyl import Parity
+from orbitdb.store.results import stored_levels
 from orbitdb.store.selection import Selection
 from orbitdb.text import format_float
 from orbitdb.verification.checks import Check, Part, Scope

@@ -8,10 +8,10 @@ from contents import alter, ask, whole
 from there import there
 
 from orbitdb import Catalogue, InputError, Selection
-from orbitdb.answers.levels import stored_levels
 from orbitdb.quantum.levels import LevelWindow, ranges_not_stored
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import reading
+from orbitdb.store.results import stored_levels
 from orbitdb.store.writer import Writer
 from orbitdb.store.writing import keep_levels, replace_certificates
 from orbitdb.verification.orbits import certify

@@ -16,8 +16,8 @@ from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.contents import room
 from orbitdb.store.file import migrate, reading
+from orbitdb.store.select import VIEWED as COLUMNS
 from orbitdb.store.selection import Selection, SelectionError
-from orbitdb.store.selection_sql import COLUMNS
 from orbitdb.store.tables import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION, TABLES
 from orbitdb.store.where import bound_names
 from orbitdb.symbols.pruning import count_admissible

@@ -7,8 +7,7 @@ from contents import alter
 
 from orbitdb import Catalogue, Selection
 from orbitdb.store.file import reading
-from orbitdb.store.rows import rows_of
-from orbitdb.store.selection_sql import first_of_period, first_that_begins, position_of, select_words
+from orbitdb.store.select import Words, first_of_period, first_that_begins, position_of, rows_of
 from orbitdb.verification.verify import PROMISES
 
 
@@ -17,7 +16,7 @@ from orbitdb.verification.verify import PROMISES
 def test_the_place_of_a_word_is_that_of_its_row(awkward_once, order, criteria):
     chosen = Selection.from_criteria(a=1.6, p="3-6", **criteria)
     with reading(awkward_once) as connection:
-        subset = select_words(connection, chosen, order)
+        subset = Words(chosen, order)
         codes = [code for (code,) in rows_of(connection, subset, ("code",))]
         for place in range(0, len(codes), 37):
             assert position_of(connection, subset, codes[place]) == place

@@ -15,22 +15,22 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from questions import CRITERIA, EDGES, LIMITS, NAMES, OFFSETS, ORDERS, expected, make_catalogue_to_ask
 from quick import slow_but
-from same import same
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.main import execute
 from orbitdb.store import where as limits
 from orbitdb.store.connection import driver_of
 from orbitdb.store.file import reading
+from orbitdb.store.select import VIEWED as COLUMNS
+from orbitdb.store.select import Words, count, rows_of
 from orbitdb.store.selection import Selection
-from orbitdb.store.selection_sql import COLUMNS, select_words
 from orbitdb.store.where import CancelledError
 
 LISTS = ("rules", "coordinates")
 
 
-AT_A_TIME = {"rows.ROWS": 50, "selection_sql.BLOCK": 30}
-"""Small numbers of rows or classes, so that everything is read and sorted in several parts."""
+AT_A_TIME = 50
+"""A small number of rows, so that everything is read in several parts."""
 
 
 @pytest.fixture(scope="module")
@@ -38,8 +38,7 @@ def asked(made_once):
     """Return a catalogue, and all its rows as a list."""
     path = made_once("asked", make_catalogue_to_ask)
     with pytest.MonkeyPatch.context() as patch:
-        for name, count in AT_A_TIME.items():
-            patch.setattr(f"orbitdb.store.{name}", count)
+        patch.setattr("orbitdb.store.select.ROWS", AT_A_TIME)
         yield Catalogue(path), model.rows_of(path)
 
 
@@ -236,9 +235,10 @@ def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, 
     monkeypatch.setattr(limits, "STEPS_BETWEEN_LOOKS", 5_000)
     with reading(filled_once) as connection:
         selection, looks = Selection.from_criteria(**criteria), itertools.count()
-        size = len(select_words(connection, selection))  # makes SQLite read the schema
+        size = count(connection, selection)  # makes SQLite read the schema
         driver_of(connection).cancelled = lambda: next(looks) < 0
-        whole = select_words(connection, selection, order)
+        words = Words(selection, order)
+        whole = list(rows_of(connection, words, ("code",)))
         asked = next(looks)
         assert asked > 0
         assert len(whole) == size
@@ -247,9 +247,9 @@ def test_a_question_can_be_cancelled_at_any_point(filled_once, criteria, order, 
             looks_until = itertools.chain(itertools.repeat(False, n), itertools.repeat(True))
             try:
                 driver_of(connection).cancelled = looks_until.__next__
-                found = select_words(connection, selection, order)
+                found = list(rows_of(connection, words, ("code",)))
             except CancelledError:
                 ended += 1
             else:
-                assert same(found, whole)  # nothing was left to do
+                assert found == whole  # nothing was left to do
         assert ended >= max(1, asked - 2)

@@ -6,13 +6,12 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from contents import alter
 from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.display import load
-from orbitdb.errors import InputError, StoreError
+from orbitdb.errors import InputError
 from orbitdb.orbits.solve import solve
 from orbitdb.store.engines import plain_errors
 from orbitdb.store.selection import Selection, SelectionError, parse_bound, parse_bounds
@@ -110,15 +109,6 @@ def test_an_unterminated_string_is_quoted_as_typed():
     with pytest.raises(SelectionError) as error:
         check("code = '013", {})
     assert str(error.value) == """where "code = '013": unrecognized token: "'013\""""
-
-
-def test_the_elements_of_a_class_must_lead_to_its_words(own):
-    alter(own, "UPDATE cycle SET symmetry = 'T' WHERE symmetry = '1'")
-    with (
-        pytest.raises(StoreError, match="was altered: a row of the classes"),
-        closing(Catalogue(own)) as catalogue,
-    ):
-        list(catalogue.rows(Selection.from_criteria(a=1.6), columns=("code", "coordinates")))
 
 
 def test_an_interrupted_question_raises_keyboard_interrupt(tmp_path):
