@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from sqlalchemy import Connection, GenerativeSelect
+from sqlalchemy import CompoundSelect, Connection, Select
 from sqlalchemy.exc import ResourceClosedError as ClosedError
 from sqlalchemy.exc import StatementError
 
@@ -126,7 +126,7 @@ def driver_of(connection: Connection) -> Driver:
     return driver
 
 
-def cursor_of(connection: Connection, query: GenerativeSelect) -> Any:
+def cursor_of(connection: Connection, query: Select[Any] | CompoundSelect[Any]) -> Any:
     """Run a query and return the driver's cursor, because rows of SQLAlchemy take longer to read."""
     cursor = connection.execute(query).cursor
     assert cursor is not None

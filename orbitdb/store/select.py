@@ -162,7 +162,9 @@ def classes_of(
         query = select(*first, *(_value(view, name, True).label(name) for name in columns))
         query = query.where(*conditions_of(selection, view))
         sources.append(query if whole or pruned else query.group_by(view.c.cycle))
-    whole_query: sa.GenerativeSelect = sources[0] if len(sources) == 1 else sa.union_all(*sources)
+    whole_query: Select[Any] | sa.CompoundSelect[Any] = (
+        sources[0] if len(sources) == 1 else sa.union_all(*sources)
+    )
     with _answering(connection, selection):
         cursor = cursor_of(connection, whole_query.order_by(sa.text("1")))
         parts = [[np.zeros((2, 0), np.int64), *(as_array(name, ()) for name in columns)]]
