@@ -162,7 +162,7 @@ def classes_of(
         query = select(*first, *(_value(view, name, True).label(name) for name in columns))
         query = query.where(*conditions_of(selection, view))
         sources.append(query if whole or pruned else query.group_by(view.c.cycle))
-    whole_query: Select[Any] | sa.CompoundSelect[Any] = (
+    whole_query: sa.Select[Any] | sa.CompoundSelect[Any] = (
         sources[0] if len(sources) == 1 else sa.union_all(*sources)
     )
     with _answering(connection, selection):
