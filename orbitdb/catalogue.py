@@ -158,7 +158,7 @@ class Catalogue:
             If you gave none, and orbits are stored at several values of ``a`` but not at 1.6.
         """
         if self._a is None:
-            with self.snapshot() as connection:
+            with self._reading() as connection:
                 self._a = default_a(connection)
         return self._a
 
@@ -186,6 +186,10 @@ class Catalogue:
                 yield connection
             finally:
                 self._of_thread.moment = before
+
+    def _reading(self) -> AbstractContextManager[Connection]:
+        """Return a connection for one question: that of the snapshot, or a new one."""
+        return self.snapshot()
 
     def _moment(self, cancelled: Callable[[], bool] = never) -> AbstractContextManager[Connection]:
         """Return the moment of this thread's snapshot, or else a new one, which a generator may keep open."""
@@ -220,7 +224,7 @@ class Catalogue:
         from orbitdb.answers.completeness import describe_contents
 
         try:
-            with self.snapshot() as connection:
+            with self._reading() as connection:
                 contents = describe_contents(connection, self._a)
         except StoreError as error:
             contents = str(error)
@@ -235,7 +239,7 @@ class Catalogue:
         """
         from orbitdb.answers.info import read_info
 
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return read_info(connection, facts)
 
     def sql(self, statement: str, parameters: Mapping[str, str | int | float] | None = None) -> "SqlResult":
@@ -267,23 +271,23 @@ class Catalogue:
         if with_levels:
             from orbitdb.verification.verify import verifiable
 
-            with self.snapshot() as connection:
+            with self._reading() as connection:
                 return verifiable(connection)
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return a_values(connection, WITH_ORBITS if orbits else ())
 
     def fills(self, *, a: float | None = None) -> "Rows[Fill]":
         """Return the fills at a given ``a``, in order of period."""
         from orbitdb.store.fills import read_fills
 
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return Rows(read_fills(connection, self._at(a)))
 
     def birth_fills(self) -> "Rows[BirthFill]":
         """Return how far births and deaths are stored, period by period."""
         from orbitdb.store.lives import read_birth_fills
 
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return Rows(read_birth_fills(connection))
 
     def births(self, p: int) -> "Births":
@@ -302,7 +306,7 @@ class Catalogue:
         period = check_int("p", p, -math.inf)
         check_periods([(period, period)])
         missing = f"births of period {period} are not stored: 'orbitdb births --p {period}' finds them"
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             found = Births(read_lives(connection, period))
             fills = [fill for fill in read_birth_fills(connection) if fill.p == period]
         found.notes = fills[0].notes if fills else (missing,)
@@ -318,28 +322,28 @@ class Catalogue:
         """
         from orbitdb.store.results import tightest_bounds
 
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return tightest_bounds(connection, self._at(a), proof)
 
     def entropy_curve(self, *, proof: str | None = None) -> "Rows[EntropyBounds]":
         """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
         from orbitdb.store.results import bounds_by_a
 
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return Rows(bounds_by_a(connection, proof))
 
     def reference(self, *, a: float | None = None) -> "Reference | None":
         """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
         from orbitdb.store.results import best_reference
 
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return best_reference(connection, self._at(a))
 
     def sweeps(self, *, a: float | None = None) -> "Rows[Sweep]":
         """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
         from orbitdb.store.fills import read_sweeps
 
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return Rows(read_sweeps(connection, self._at(a)))
 
     def contents(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
@@ -347,7 +351,7 @@ class Catalogue:
         from orbitdb.store.contents import contents
 
         chosen = Selection.from_criteria(a=a, p=p)
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return contents(connection, chosen.a, chosen.periods)
 
     # one word
@@ -358,7 +362,7 @@ class Catalogue:
         The word consists of symbols 0 to 5, or is in run notation; otherwise a `WordError` is raised.
         """
         symbols = parse(word)
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return find_word(connection, symbols, self._at(a))
 
     def __contains__(self, word: object) -> bool:
@@ -399,13 +403,13 @@ class Catalogue:
         They are given by their representatives. Classes with another period are left out.
         """
         _check_orbit(orbit)
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return born_with(connection, orbit)
 
     def certificate(self, orbit: Orbit) -> tuple[float, int] | None:
         """Return the radius and the number of bits of the stored proof of an orbit, or None."""
         _check_orbit(orbit)
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return certificate_of(connection, orbit.representative, orbit.a)
 
     def __iter__(self) -> Iterator[str]:
@@ -710,7 +714,7 @@ class Catalogue:
         """
         from orbitdb.answers.dataset import write_dataset
 
-        with telling(progress, "dataset") as tell, self.snapshot() as connection:
+        with telling(progress, "dataset") as tell, self._reading() as connection:
             return write_dataset(connection, Path(folder), self._several(selection, criteria), force, tell)
 
     def copy(self, target: Path | str, *, force: bool = False) -> None:
@@ -734,7 +738,7 @@ class Catalogue:
 
         path = home_expanded(target)
         check_target(path, force)
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             check_space(path, size_of(connection), "the copy takes")
             with complete(path) as draft:
                 copy_into(connection, draft)
@@ -812,7 +816,7 @@ class Catalogue:
         """
         from orbitdb.answers.identification import read_candidates
 
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return read_candidates(connection, self._at(a), length, tolerance, limit)
 
     # in a magnetic field
@@ -1183,7 +1187,7 @@ class Catalogue:
         selections = () if unnamed else self._several(selection, criteria)
         sample = None if sample is None else check_int("sample", sample)
         restarts, drawn = check_int("restarts", restarts, 0), _seed(seed)
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             if unnamed:
                 every = Selection.from_criteria(**criteria)
                 selections = tuple(replace(every, a=at) for at in verifiable(connection))
@@ -1293,7 +1297,7 @@ class Catalogue:
         """
         from orbitdb.answers.levels import read_spectrum
 
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return read_spectrum(connection, self._at(a), lengths, points, k_max, levels, parity)
 
     def levels(
@@ -1322,7 +1326,7 @@ class Catalogue:
 
         if method not in ("elements", "orbits"):
             raise InputError(f"method {method!r}: use elements or orbits")
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             if method == "elements":
                 return levels_from_zero(connection, self._at(a), parity, k_max)
             return levels_from_orbits(connection, self._at(a), k_max, parities_of(parity))
@@ -1360,7 +1364,7 @@ class Catalogue:
         """
         from orbitdb.answers.levels import assess_levels
 
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             how = fit_radius, window, radius_error, noise
             return assess_levels(connection, self._at(a), k, parity, *how)
 
@@ -1384,7 +1388,7 @@ class Catalogue:
         from orbitdb.quantum.weyl import check_levels, parities_of
 
         at = self._at(a)
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             if levels is None:
                 levels = {of: levels_from_zero(connection, at, of).k for of in parities_of(parity)}
             own = {of: check_levels(k, Stadium(at), of) for of, k in levels.items()}
@@ -1394,7 +1398,7 @@ class Catalogue:
         """Return, for each level from orbits, the stored level with the same number, or None."""
         from orbitdb.answers.levels import stored_counterparts
 
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return stored_counterparts(connection, levels)
 
     def scars(
@@ -1428,7 +1432,7 @@ class Catalogue:
 
         named, at = parities_of(parities), self._at(a)
         if word is None:
-            with self.snapshot() as connection:
+            with self._reading() as connection:
                 orbits = shortest_orbits(connection, at)
         else:
             orbits = [self.orbit(word, a=at)]
@@ -1469,7 +1473,7 @@ class Catalogue:
     ) -> _Answer:
         """Return what a function of a connection and the chosen subset answers, in one snapshot."""
         chosen = self._chosen(selection, criteria)
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             return function(connection, chosen, *arguments)
 
     def _result(
@@ -1483,7 +1487,7 @@ class Catalogue:
         from orbitdb.answers.results import over_a
 
         one = isinstance(selection, Selection | None) and not isinstance(criteria.get("a"), Iterable)
-        with self.snapshot() as connection:
+        with self._reading() as connection:
             results = [
                 function(connection, chosen, *arguments) for chosen in self._several(selection, criteria)
             ]
