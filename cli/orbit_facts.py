@@ -16,10 +16,11 @@ def facts(
     orbit: "Orbit", born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
 ) -> list[tuple[str, str]]:
     """Return the facts about a word, and the words born with it, as pairs of a name and a text."""
+    from orbitdb.orbits.births import closed_form
     from orbitdb.orbits.status import EXISTING
     from orbitdb.symbols.pruning import RULES
     from orbitdb.symbols.words import run_notation
-    from orbitdb.text import closed_form, format_float
+    from orbitdb.text import format_float
 
     code = orbit.code if orbit.p <= LONG_CODE else run_notation(orbit.code)
     facts = [

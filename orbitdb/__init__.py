@@ -71,9 +71,9 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.quantum.length_spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
     from orbitdb.store.selection import Selection as Selection
-    from orbitdb.store.contents import Contents as Contents
-    from orbitdb.store.fills import Fill as Fill, Sweep as Sweep
-    from orbitdb.store.lives import BirthFill as BirthFill, Life as Life
+    from orbitdb.store.lives import Life as Life
+    from orbitdb.store.periods import BirthFill as BirthFill, Contents as Contents
+    from orbitdb.store.periods import Fill as Fill, Sweep as Sweep
     from orbitdb.symbols.plane import symbol_plane as symbol_plane
     from orbitdb.trajectories.ensemble import Reference as Reference
     from orbitdb.trajectories.pruning_front import Front as Front, PruningFront as PruningFront
@@ -116,9 +116,8 @@ _HOMES = {
     "quantum.length_spectrum": ("Spectrum",),
     "quantum.waves": ("Wave", "waves"),
     "store.selection": ("Selection",),
-    "store.contents": ("Contents",),
-    "store.fills": ("Fill", "Sweep"),
-    "store.lives": ("BirthFill", "Life"),
+    "store.lives": ("Life",),
+    "store.periods": ("BirthFill", "Contents", "Fill", "Sweep"),
     "symbols.plane": ("symbol_plane",),
     "trajectories.ensemble": ("Reference",),
     "trajectories.pruning_front": ("Front", "PruningFront"),

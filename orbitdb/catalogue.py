@@ -27,11 +27,12 @@ from orbitdb.store.lookup import (
     find_word,
 )
 from orbitdb.store.paths import FileId, default_path, home_expanded, network_disk
-from orbitdb.store.periods import check_periods, chosen_periods
 from orbitdb.store.selection import (
     Criteria,
     Selection,
     SelectionError,
+    check_periods,
+    chosen_periods,
     with_criteria,
 )
 from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
@@ -61,10 +62,8 @@ if TYPE_CHECKING:
     from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.missing_levels import Assessment
     from orbitdb.quantum.weyl import Parity
-    from orbitdb.store.contents import Contents
     from orbitdb.store.file import Migration
-    from orbitdb.store.fills import Fill, Sweep
-    from orbitdb.store.lives import BirthFill
+    from orbitdb.store.periods import BirthFill, Contents, Fill, Sweep
     from orbitdb.trajectories.ensemble import Reference
     from orbitdb.trajectories.pruning_front import PruningFront
     from orbitdb.verification.verify import Verification
@@ -278,14 +277,14 @@ class Catalogue:
 
     def fills(self, *, a: float | None = None) -> "Rows[Fill]":
         """Return the fills at a given ``a``, in order of period."""
-        from orbitdb.store.fills import read_fills
+        from orbitdb.store.periods import read_fills
 
         with self._reading() as connection:
             return Rows(read_fills(connection, self._at(a)))
 
     def birth_fills(self) -> "Rows[BirthFill]":
         """Return how far births and deaths are stored, period by period."""
-        from orbitdb.store.lives import read_birth_fills
+        from orbitdb.store.periods import read_birth_fills
 
         with self._reading() as connection:
             return Rows(read_birth_fills(connection))
@@ -301,7 +300,8 @@ class Catalogue:
             If no catalogue can have births of the period.
         """
         from orbitdb.answers.results import Births
-        from orbitdb.store.lives import read_birth_fills, read_lives
+        from orbitdb.store.lives import read_lives
+        from orbitdb.store.periods import read_birth_fills
 
         period = check_int("p", p, -math.inf)
         check_periods([(period, period)])
@@ -320,35 +320,35 @@ class Catalogue:
         proof : str, optional
             ``doubles`` or ``balls``, for bounds proved in this arithmetic only; by default in either.
         """
-        from orbitdb.store.results import tightest_bounds
+        from orbitdb.store.stored_values import tightest_bounds
 
         with self._reading() as connection:
             return tightest_bounds(connection, self._at(a), proof)
 
     def entropy_curve(self, *, proof: str | None = None) -> "Rows[EntropyBounds]":
         """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
-        from orbitdb.store.results import bounds_by_a
+        from orbitdb.store.stored_values import bounds_by_a
 
         with self._reading() as connection:
             return Rows(bounds_by_a(connection, proof))
 
     def reference(self, *, a: float | None = None) -> "Reference | None":
         """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
-        from orbitdb.store.results import best_reference
+        from orbitdb.store.stored_values import best_reference
 
         with self._reading() as connection:
             return best_reference(connection, self._at(a))
 
     def sweeps(self, *, a: float | None = None) -> "Rows[Sweep]":
         """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
-        from orbitdb.store.fills import read_sweeps
+        from orbitdb.store.periods import read_sweeps
 
         with self._reading() as connection:
             return Rows(read_sweeps(connection, self._at(a)))
 
     def contents(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
         """Return what is stored at a given ``a``, in some periods or in all; `delete` would delete it."""
-        from orbitdb.store.contents import contents
+        from orbitdb.store.periods import contents
 
         chosen = Selection.from_criteria(a=a, p=p)
         with self._reading() as connection:
@@ -952,7 +952,7 @@ class Catalogue:
         [1, 8, 32, 48]
         """
         from orbitdb.filling import fill as filling
-        from orbitdb.store.fills import read_fills
+        from orbitdb.store.periods import read_fills
 
         at, wanted = self._at(a), () if periods is None else chosen_periods(periods)
         single = [filling.check_word(word) for word in ([words] if isinstance(words, str | int) else words)]
@@ -995,7 +995,7 @@ class Catalogue:
         The parameters are those of `fill`.
         """
         from orbitdb.filling.fill import find_births
-        from orbitdb.store.lives import read_birth_fills
+        from orbitdb.store.periods import read_birth_fills
 
         wanted = chosen_periods(periods)
         with telling(progress, "births") as tell:
@@ -1017,7 +1017,7 @@ class Catalogue:
         of `fill`.
         """
         from orbitdb.filling.sweeps import sweep
-        from orbitdb.store.fills import read_sweeps
+        from orbitdb.store.periods import read_sweeps
 
         at, wanted = self._at(a), chosen_periods(periods)
         with telling(progress, "sweep") as tell:

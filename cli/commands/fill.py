@@ -102,7 +102,7 @@ def _quiet_dask() -> Iterator[None]:
 
 def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]:
     """Return the periods of --p and --from in ascending order; refuse periods that cannot be filled."""
-    from orbitdb.store.periods import check_periods, periods_up_to
+    from orbitdb.store.selection import check_periods, periods_up_to
 
     if "-" in p[1:] or "," in p:
         refuse_idle(context, f"with --p {p}", "first")

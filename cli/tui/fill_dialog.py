@@ -15,8 +15,7 @@ from textual.widgets import Button, Input, Label
 from orbitdb.cli.tui.dialogs import half_length
 from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
 from orbitdb.progress import Tell, Work
-from orbitdb.store.periods import check_periods, periods_up_to
-from orbitdb.store.selection import Selection
+from orbitdb.store.selection import Selection, check_periods, periods_up_to
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.words import parse, primitive_root
 from orbitdb.text import format_float, several

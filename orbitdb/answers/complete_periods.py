@@ -18,7 +18,7 @@ from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.connection import Connection
-from orbitdb.store.fills import Sweep, moments_of, read_sweeps
+from orbitdb.store.periods import Sweep, moments_of, read_sweeps
 from orbitdb.store.select import classes_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import reads_codes
@@ -125,7 +125,7 @@ class CompletePeriods(Periods):
     swept : mapping of int to Sweep
         The sweeps of the periods that are not filled.
     moments : sequence
-        Moments of swept periods for sum rules (`orbitdb.store.fills.moments_of`).
+        Moments of swept periods for sum rules (`orbitdb.store.periods.moments_of`).
     part : bool
         Whether the classes are only a part of the chosen ones.
     """

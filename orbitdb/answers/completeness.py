@@ -15,10 +15,9 @@ from orbitdb.errors import AlteredError, InputError, NotStoredError
 from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import DATABASE_ERRORS, Connection
-from orbitdb.store.contents import pruned_periods
-from orbitdb.store.fills import Fill, read_fills, read_sweeps
-from orbitdb.store.lives import counts_at, read_birth_fills
+from orbitdb.store.lives import counts_at
 from orbitdb.store.lookup import WITH_ORBITS, a_values, default_among
+from orbitdb.store.periods import Fill, pruned_periods, read_birth_fills, read_fills, read_sweeps
 from orbitdb.store.select import asks_of_lives, parse_order
 from orbitdb.store.selection import Selection, SelectionError, written_periods
 from orbitdb.store.where import CODES_ARE_TEXTS, check, reads_codes

@@ -24,12 +24,11 @@ from orbitdb.output_files import check_space, complete_folder, write_csv, write_
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.connection import Connection
-from orbitdb.store.contents import class_rows, runs
-from orbitdb.store.fills import Fill, read_fills
 from orbitdb.store.lives import read_lives
-from orbitdb.store.results import best_reference, stored_levels, tightest_bounds
+from orbitdb.store.periods import Fill, class_rows, read_fills, runs
 from orbitdb.store.select import COORDINATES, Words, count, rows_of
 from orbitdb.store.selection import Selection
+from orbitdb.store.stored_values import best_reference, stored_levels, tightest_bounds
 from orbitdb.text import format_float
 
 PACKAGE = "datapackage.json"

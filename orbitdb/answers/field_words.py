@@ -11,10 +11,9 @@ from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import pruned_word
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import Connection
-from orbitdb.store.periods import check_periods
 from orbitdb.store.select import Words as Chosen
 from orbitdb.store.select import blocks_of
-from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.store.selection import Selection, SelectionError, check_periods
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES, packed_members

@@ -15,8 +15,8 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import Connection
-from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import orbits_of_length
+from orbitdb.store.periods import read_fills
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import to_strings
 from orbitdb.text import format_float, several

@@ -10,11 +10,10 @@ from orbitdb.answers.completeness import periods_with_births
 from orbitdb.display import data_frame, html_of
 from orbitdb.entropy_bounds.bounds import BALLS
 from orbitdb.store.connection import Connection, path_of
-from orbitdb.store.contents import room, schema_version, sqlite_version
-from orbitdb.store.fills import read_fills, read_sweeps
 from orbitdb.store.lookup import a_values
-from orbitdb.store.results import bounds_by_a, level_windows, trajectories
+from orbitdb.store.periods import read_fills, read_sweeps, room, schema_version, sqlite_version
 from orbitdb.store.selection import written_periods
+from orbitdb.store.stored_values import bounds_by_a, level_windows, trajectories
 from orbitdb.text import format_float, gigabytes, several
 
 if TYPE_CHECKING:

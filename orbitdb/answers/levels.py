@@ -27,10 +27,10 @@ from orbitdb.quantum.radius_fit import WIDEST, widest
 from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
 from orbitdb.quantum.weyl import Parity, as_levels, check_levels, one_parity, parities_of, weyl
 from orbitdb.store.connection import Connection
-from orbitdb.store.fills import read_fills
 from orbitdb.store.lookup import WITH_ORBITS, a_values
-from orbitdb.store.results import stored_levels
+from orbitdb.store.periods import read_fills
 from orbitdb.store.selection import Selection
+from orbitdb.store.stored_values import stored_levels
 from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from orbitdb.columns import Row
 from orbitdb.display import MOST_SHOWN, data_frame, text_table
 from orbitdb.output_files import check_rows, write_file
 from orbitdb.store.connection import Connection, path_of
-from orbitdb.store.fills import read_fills
+from orbitdb.store.periods import read_fills
 from orbitdb.store.select import COLUMNS, Words, count, parse_order, rows_of
 from orbitdb.store.selection import Selection, unknown_column
 from orbitdb.text import format_float, several

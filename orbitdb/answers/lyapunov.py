@@ -37,8 +37,8 @@ from orbitdb.errors import InputError
 from orbitdb.orbits.least_values import least_exponent
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.connection import Connection
-from orbitdb.store.results import best_reference
 from orbitdb.store.selection import Selection
+from orbitdb.store.stored_values import best_reference
 from orbitdb.text import format_float, with_error
 
 _LARGEST_CUT = 1000

@@ -14,8 +14,8 @@ from orbitdb.entropy_bounds.verdicts import decide
 from orbitdb.errors import InputError
 from orbitdb.filling.workers import at_work
 from orbitdb.progress import Tell, nobody
+from orbitdb.store.storing import keep_bounds
 from orbitdb.store.writer import Writer
-from orbitdb.store.writing import keep_bounds
 from orbitdb.text import format_float
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import NamedTuple
 from orbitdb.output_files import check_space
 from orbitdb.store.file import reading
 from orbitdb.store.file_kind import check_file
-from orbitdb.store.fills import read_fills, read_sweeps
 from orbitdb.store.lookup import a_values
+from orbitdb.store.periods import read_fills, read_sweeps
 from orbitdb.store.tables import SCHEMA_VERSION
 from orbitdb.symbols.pruning import count_admissible
 

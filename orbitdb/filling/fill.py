@@ -30,12 +30,11 @@ from orbitdb.orbits.orbits import Orbits
 from orbitdb.orbits.relaxation import relax
 from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
-from orbitdb.store import tables, writing
+from orbitdb.store import storing, tables
 from orbitdb.store.cursors import Cursor, OvertakenError, open_cursor
 from orbitdb.store.file import reading
-from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
-from orbitdb.store.lives import count_births, read_birth_fills
 from orbitdb.store.lookup import find_or_solve
+from orbitdb.store.periods import count_births, counts_when_done, read_birth_fills, status_counts, words_up_to
 from orbitdb.store.selection import LEAST_PERIOD
 from orbitdb.store.writer import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
@@ -173,7 +172,7 @@ class _Fill(PeriodJob):
         self.stored: set[int] = set()  # periods whose classes are stored
 
     def open(self, connection: "Connection", p: int) -> Cursor:
-        if writing.classes_stored(connection, p):
+        if storing.classes_stored(connection, p):
             self.stored.add(p)
         else:
             self.stored.discard(p)
@@ -186,12 +185,12 @@ class _Fill(PeriodJob):
     def store(self, connection: "Connection", cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
         begun, orbits = thread_time(), part.solution.with_symmetries(part.stabiliser)
         numbers = keys(part.codes, cursor.p).tolist()
-        if part.words is None and not writing.classes_stored(connection, cursor.p):
+        if part.words is None and not storing.classes_stored(connection, cursor.p):
             raise OvertakenError  # deleted since the block was begun without them
         if part.words is not None:
-            writing.add_classes(connection, numbers, orbits.words, part.stabiliser, part.words)
+            storing.add_classes(connection, numbers, orbits.words, part.stabiliser, part.words)
         stadium, by = cursor.row["stadium"], (self.method, part.arithmetic)
-        writing.add_orbits(self.writer, connection, stadium, numbers, orbits, *by)
+        storing.add_orbits(self.writer, connection, stadium, numbers, orbits, *by)
         return {
             "words": int(SIZES[part.stabiliser].sum()),
             "enumerating": part.enumerating,
@@ -221,7 +220,7 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
                     pruned &= keys(pack(words), p) != key(FAMILY)
                 rules = [names[mask] for mask in masks[pruned].tolist()]
                 with writer.writing() as connection:
-                    writing.add_pruned(connection, p, to_strings(words[pruned]), rules)
+                    storing.add_pruned(connection, p, to_strings(words[pruned]), rules)
                 done += len(words)
                 yield Step(p, done, total)
 
@@ -251,15 +250,15 @@ def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
                 return pruned
             rules = ",".join(map(str, pruned.rules))
             with writer.writing() as connection:
-                writing.add_pruned(connection, pruned.p, [pruned.representative], [rules])
+                storing.add_pruned(connection, pruned.p, [pruned.representative], [rules])
             return replace(pruned, stored=True)
         family = class_of(word)
         orbits = METHODS[method].solve(from_strings([family.representative]), Stadium(a))
         orbits = orbits.with_symmetries(np.array([family.stabiliser], np.uint8))
         with writer.writing() as connection:
             stadium = writer.stadium_id(connection, a)
-            number = writing.add_class(connection, family)
-            writing.add_orbits(writer, connection, stadium, [number], orbits, method)
+            number = storing.add_class(connection, family)
+            storing.add_orbits(writer, connection, stadium, [number], orbits, method)
     return find_or_solve(path, word, a)
 
 
@@ -297,13 +296,13 @@ class _Births(PeriodJob):
     def store(self, connection: "Connection", cursor: Cursor, part: SolvedBlock) -> dict[str, float]:
         numbers = keys(part.codes, cursor.p).tolist()
         least, words = unpack(part.codes, cursor.p), part.words or []
-        writing.add_classes(connection, numbers, least, part.stabiliser, words)
-        writing.add_changes(self.writer, connection, numbers, part.solution, part.arithmetic)
+        storing.add_classes(connection, numbers, least, part.stabiliser, words)
+        storing.add_changes(self.writer, connection, numbers, part.solution, part.arithmetic)
         return {"words": int(SIZES[part.stabiliser].sum())}
 
     def counted(self, connection: "Connection", cursor: Cursor) -> tuple[int, dict[str, Any]]:
         return words_up_to(connection, None, cursor.p, "5" * cursor.p), {}
 
     def closing(self, connection: "Connection", cursor: Cursor) -> dict[str, Any]:
-        writing.number_events(connection, cursor.p)
+        storing.number_events(connection, cursor.p)
         return count_births(connection, cursor.p)

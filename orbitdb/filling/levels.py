@@ -10,9 +10,9 @@ from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.levels import LevelWindow, in_order, ranges_not_stored, windows
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import reading
-from orbitdb.store.results import stored_levels
+from orbitdb.store.stored_values import stored_levels
+from orbitdb.store.storing import keep_levels
 from orbitdb.store.writer import Writer
-from orbitdb.store.writing import keep_levels
 
 _SECONDS_A_WINDOW = 0.6
 """Approximate time to find the levels of a window; it is longer at large k."""

@@ -7,8 +7,8 @@ from orbitdb.averages.simulation import simulate as averages_of
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.paths import FileId, check_same_file
+from orbitdb.store.storing import keep_reference
 from orbitdb.store.writer import Writer
-from orbitdb.store.writing import keep_reference
 from orbitdb.text import with_error
 from orbitdb.trajectories.ensemble import Reference
 

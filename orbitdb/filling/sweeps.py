@@ -25,7 +25,7 @@ from orbitdb.progress import Tell, nobody
 from orbitdb.store import tables
 from orbitdb.store.cursors import Cursor, delete_blocks, open_cursor, sums_of_blocks
 from orbitdb.store.file import reading
-from orbitdb.store.fills import moments_of, read_sweeps
+from orbitdb.store.periods import moments_of, read_sweeps
 from orbitdb.store.writer import Writer, replace_row
 from orbitdb.symbols.enumeration import LeastWords, Span, all_least_words, class_spans
 from orbitdb.symbols.pruning import count_admissible

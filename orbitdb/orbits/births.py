@@ -9,6 +9,7 @@ so the change lies in the bracket, however it was found. If rounding hides the s
 is widened; if this does not help, the status is decided in ball arithmetic.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -283,3 +284,60 @@ def events(a: Floats, error: Floats) -> Integers:
     number = np.empty(len(a), dtype=np.int64)
     number[order] = fresh.cumsum()
     return number
+
+
+# births in closed form
+
+
+_RELATIVE = 1e-12
+"""Relative accuracy that a birth must have before a closed form is sought."""
+_COEFFICIENTS = 60
+"""Largest leading and middle coefficient to try; chance hits are then rarer than one in 10^5."""
+_DENOMINATORS = 200
+"""Largest denominator to try for a rational square."""
+
+
+def closed_form(a: float) -> str | None:
+    """Return `a` as a rational number, the square root of one, or a root of a quadratic; None if none fits.
+
+    Parameters
+    ----------
+    a : float
+        A positive number with a relative error of at most 1e-12.
+
+    Examples
+    --------
+    >>> closed_form(0.3660254037844386)
+    '(sqrt(3) - 1)/2'
+    """
+    for q in range(1, _DENOMINATORS + 1):
+        p = round(a * a * q)
+        if p and abs(p / q - a * a) <= 2 * _RELATIVE * a * a:
+            return _root(0, 4 * p * q, 2 * q)
+    for c2 in range(1, _COEFFICIENTS + 1):
+        for c1 in sorted(range(-_COEFFICIENTS, _COEFFICIENTS + 1), key=abs):
+            c0 = -round(c2 * a * a + c1 * a)
+            size = 2 * c2 * a * a + abs(c1) * a
+            if abs(c2 * a * a + c1 * a + c0) <= _RELATIVE * size and abs(c0) <= _COEFFICIENTS * max(1, a * a):
+                side = 1 if 2 * c2 * a + c1 > 0 else -1
+                return _root(-side * c1, c1 * c1 - 4 * c2 * c0, side * 2 * c2)
+    return None
+
+
+def _root(rational: int, square: int, below: int) -> str:
+    """Format (rational + sqrt(square))/below in lowest terms; `below` can have either sign."""
+    factor = max(k for k in range(1, math.isqrt(max(square, 1)) + 1) if square % (k * k) == 0)
+    square //= factor * factor
+    if square == 1:
+        rational, factor, square = rational + factor, 0, 0
+    sign = 1 if below > 0 else -1
+    rational, factor, below = sign * rational, sign * factor, sign * below
+    shared = math.gcd(rational, factor, below)
+    rational, factor, below = rational // shared, factor // shared, below // shared
+    if not factor:
+        return f"{rational}" if below == 1 else f"{rational}/{below}"
+    surd = f"sqrt({square})" if abs(factor) == 1 else f"{abs(factor)} sqrt({square})"
+    if not rational:
+        return surd if below == 1 else f"{surd}/{below}"
+    above = f"{surd} {'-' if rational < 0 else '+'} {abs(rational)}" if factor > 0 else f"{rational} - {surd}"
+    return above if below == 1 else f"({above})/{below}"

@@ -10,10 +10,10 @@ from sqlalchemy.pool import StaticPool
 
 from orbitdb.errors import StoreError
 from orbitdb.store import tables as t
-from orbitdb.store.contents import Contents, contents
 from orbitdb.store.engines import make_engine, open_to_write, plain_errors
 from orbitdb.store.journal import checkpoint, journal_ids, remove_journal_of
 from orbitdb.store.paths import file_id
+from orbitdb.store.periods import Contents, contents
 from orbitdb.store.writer import Writer
 
 

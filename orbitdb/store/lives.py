@@ -1,68 +1,22 @@
 """Lives, the ranges of a in which stored classes are orbits, and the counts of orbits at any a."""
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from sqlalchemy import Connection, distinct, func, select
+from sqlalchemy import Connection, select
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import Record
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
-from orbitdb.store.tables import BORN, DIED, DONE
+from orbitdb.store.tables import BORN
 from orbitdb.store.views import life
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.words import from_strings, keys_of_period, word_of
 
 if TYPE_CHECKING:
     from orbitdb.orbits.exponents import Tally
-
-
-@dataclass(frozen=True)
-class BirthFill(Record):
-    """How far the births and deaths of a period are stored, and their counts.
-
-    Attributes
-    ----------
-    p : int
-    state : str
-        ``filling`` or ``done``; the counts exist once it is ``done``.
-    words : int
-        Number of words whose births and deaths are stored.
-    seconds : float
-        Elapsed time.
-    classes : int or None
-        Number of symmetry classes of the period.
-    births : int or None
-        Number of births at a > 0.
-    deaths, always : int or None
-        Numbers of classes that die at least once, and of those that are orbits from a = 0 on.
-    least, largest : float or None
-        The smallest and the largest a at which a class is born.
-    """
-
-    p: int
-    state: str
-    words: int
-    seconds: float
-    classes: int | None
-    births: int | None
-    deaths: int | None
-    always: int | None
-    least: float | None
-    largest: float | None
-
-    @property
-    def complete(self) -> bool:
-        """Whether the births and deaths of all classes of the period are stored."""
-        return self.state == DONE
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What is missing, and how to find it."""
-        missing = f"births of period {self.p} are incomplete: 'orbitdb births --p {self.p}' completes them"
-        return () if self.complete else (missing,)
 
 
 @dataclass(frozen=True)
@@ -91,12 +45,6 @@ class Life(Record):
     dies_error: float | None
 
 
-def read_birth_fills(connection: Connection) -> list[BirthFill]:
-    """Return how far births and deaths are stored, in order of period."""
-    columns = [t.birth_fill.c[field.name] for field in fields(BirthFill)]
-    return [BirthFill(*row) for row in connection.execute(select(*columns).order_by(t.birth_fill.c.p))]
-
-
 def read_lives(connection: Connection, p: int) -> list[Life]:
     """Return the lives of all classes of a period, in order of birth."""
     columns = [life.c[field.name] for field in fields(Life)]
@@ -108,23 +56,6 @@ NEAR = 2.0
 """Within this many error bounds of a birth or death, births and deaths do not decide the status of a word."""
 
 _ROW = np.dtype([("cycle", "i8"), ("size", "i8"), ("a", "f8"), ("error", "f8"), ("born", "i8")])
-
-
-_MOVING = t.change.c.a > 0
-_COUNTS = select(
-    func.sum(func.iif(t.change.c.number == 1, t.cycle.c.class_size, 0)).label("words"),
-    func.count(distinct(t.change.c.cycle)).label("classes"),
-    func.count().filter(t.change.c.kind == BORN, _MOVING).label("births"),
-    func.count(distinct(t.change.c.cycle)).filter(t.change.c.kind == DIED, _MOVING).label("deaths"),
-    func.count().filter(t.change.c.a == 0).label("always"),
-    func.min(t.change.c.a).filter(t.change.c.kind == BORN, _MOVING).label("least"),
-    func.max(t.change.c.a).filter(t.change.c.kind == BORN, _MOVING).label("largest"),
-).join_from(t.change, t.cycle, t.cycle.c.id == t.change.c.cycle)
-
-
-def count_births(connection: Connection, p: int) -> dict[str, Any]:
-    """Count what the row of a period in `birth_fill` counts, from the births and deaths of the period."""
-    return dict(connection.execute(_COUNTS.where(t.cycle.c.p == p)).mappings().one())
 
 
 def counts_at(connection: Connection, a: float, p: int) -> "Tally":

@@ -14,9 +14,10 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits.status import STORED, Status
+from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.symbols.words import parse
-from orbitdb.text import format_float, guess, printable, real, several, shortened
+from orbitdb.text import format_float, guess, parse_int, printable, real, several, shortened
 
 MEASURES = (
     "length", "quarter_length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies", "walls",
@@ -334,6 +335,36 @@ def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
     if len(ranges) > _MOST_RANGES:  # SQLite allows 1000 terms
         raise SelectionError(f"periods: {len(ranges)} ranges, more than {_MOST_RANGES}; join some, as in 2-8")
     return tuple(ranges)
+
+
+def check_periods(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
+    """Return the periods in the given ranges, ascending; raise `InputError` if one cannot be filled."""
+    periods: set[int] = set()
+    for low, high in spans:
+        if (least := min(low, high)) < LEAST_PERIOD:
+            raise InputError(f"period {least}: the least period is {LEAST_PERIOD}")
+        if (most := max(low, high)) > MAX_PERIOD:
+            raise InputError(f"period {most}: the highest period is {MAX_PERIOD}")
+        periods.update(range(low, high + 1))
+    return tuple(sorted(periods))
+
+
+def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
+    """Return the periods to fill, ascending, given as one, as a text such as ``2,3,5-7``, or as several.
+
+    Raises `InputError` if no period is given, or one of them cannot be filled.
+    """
+    return check_periods(parse_periods(listed(periods)))
+
+
+def periods_up_to(text: str, first: int = LEAST_PERIOD) -> tuple[tuple[int, int], ...]:
+    """Read the periods to fill as `parse_periods` does, but take a single number to mean all up to it."""
+    if "-" in text[1:] or "," in text:
+        return parse_periods(text)
+    try:
+        return ((first, parse_int(text)),)
+    except ValueError:
+        raise SelectionError(f"periods {text!r:.40}: write them as 11, 2-8 or 2,3,5-7") from None
 
 
 def parse_bound(text: str) -> tuple[str, Bounds]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from orbitdb.store.fills import counts_when_done, status_counts, words_up_to
+from orbitdb.store.periods import counts_when_done, status_counts, words_up_to
 from orbitdb.store.tables import DONE, LONG, TABLES
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.pruning import FAMILY, count_admissible, rule_numbers, rules_broken

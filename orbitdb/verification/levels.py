@@ -8,8 +8,8 @@ import numpy as np
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.levels import ROUNDING, windows
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.results import stored_levels
 from orbitdb.store.selection import Selection
+from orbitdb.store.stored_values import stored_levels
 from orbitdb.text import format_float
 from orbitdb.verification.checks import Check, Part, Scope
 

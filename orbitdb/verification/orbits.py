@@ -31,8 +31,8 @@ from orbitdb.orbits.orbits import Orbits
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.file import Store
 from orbitdb.store.selection import Selection
+from orbitdb.store.storing import replace_certificates
 from orbitdb.store.writer import Writer
-from orbitdb.store.writing import replace_certificates
 from orbitdb.symbols.symmetry import class_of, encloses_nothing
 from orbitdb.symbols.words import to_strings
 from orbitdb.text import format_float

@@ -10,8 +10,8 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.exponents import OrbitClasses, Tally
 from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
-from orbitdb.store.fills import Sweep, read_sweeps
-from orbitdb.store.lives import counts_at, read_birth_fills
+from orbitdb.store.lives import counts_at
+from orbitdb.store.periods import Sweep, read_birth_fills, read_sweeps
 from orbitdb.store.tables import DONE
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible

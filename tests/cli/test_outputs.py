@@ -27,8 +27,8 @@ from orbitdb.entropy_bounds.bounds import search
 from orbitdb.filling.fill import fill_births
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
+from orbitdb.store.storing import keep_reference
 from orbitdb.store.writer import Writer
-from orbitdb.store.writing import keep_reference
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.legwise import simulate_legs
 from orbitdb.verification.verify import report, verify

@@ -38,7 +38,7 @@ IMPATIENT = [
 
 
 *PYTHON, PROGRAM = small_blocks(32)
-AT_ONCE = [*PYTHON, f"from orbitdb.store import writing; writing.JOURNAL_LIMIT = 0\n{PROGRAM}"]
+AT_ONCE = [*PYTHON, f"from orbitdb.store import writer; writer.JOURNAL_LIMIT = 0\n{PROGRAM}"]
 """A command that moves the journal into the file after every block."""
 
 

@@ -27,7 +27,7 @@ from orbitdb.filling.workers import HERE, Processes, Workers
 from orbitdb.store import tables
 from orbitdb.store.cursors import Cursor, sums_of_blocks
 from orbitdb.store.file import migrate, reading
-from orbitdb.store.fills import Sweep
+from orbitdb.store.periods import Sweep
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.enumeration import class_spans
 

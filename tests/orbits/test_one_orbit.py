@@ -7,8 +7,8 @@ import pytest
 from there import there
 
 from orbitdb import InputError, solve, solve_word
+from orbitdb.orbits.births import closed_form
 from orbitdb.symbols.words import least_rotation
-from orbitdb.text import closed_form
 
 WORDS = ("13", "0123", "1133", "1232131", "01020202023", "031", "11113")
 

@@ -11,8 +11,8 @@ from orbitdb import Catalogue, Stadium
 from orbitdb.entropy_bounds.bounds import search
 from orbitdb.filling.fill import fill_births
 from orbitdb.plots import over_a, style
+from orbitdb.store.storing import keep_bounds, keep_reference
 from orbitdb.store.writer import Writer
-from orbitdb.store.writing import keep_bounds, keep_reference
 from orbitdb.trajectories.ensemble import Reference
 
 TRAJECTORY = Reference(1.6, 0.8871, 0.0002, 0.3754, 0.0003, 2.3634, 0.0004, 12_345, 67, 89)

@@ -11,9 +11,9 @@ from orbitdb import Catalogue, InputError, Selection
 from orbitdb.quantum.levels import LevelWindow, ranges_not_stored
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import reading
-from orbitdb.store.results import stored_levels
+from orbitdb.store.stored_values import stored_levels
+from orbitdb.store.storing import keep_levels, replace_certificates
 from orbitdb.store.writer import Writer
-from orbitdb.store.writing import keep_levels, replace_certificates
 from orbitdb.verification.orbits import certify
 from orbitdb.verification.verify import report
 

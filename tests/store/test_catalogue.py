@@ -14,8 +14,8 @@ from orbitdb.errors import StoreError
 from orbitdb.filling.estimate import SWEEP, Need, about, check_room, duration, need
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.store.contents import room
 from orbitdb.store.file import migrate, reading
+from orbitdb.store.periods import room
 from orbitdb.store.select import VIEWED as COLUMNS
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.tables import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION, TABLES

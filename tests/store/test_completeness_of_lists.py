@@ -13,7 +13,7 @@ from orbitdb.answers.completeness import describe_unfilled, without_births
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.filling.sweeps import sweep_periods
-from orbitdb.store.fills import Fill
+from orbitdb.store.periods import Fill
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.pruning import count_admissible
 

@@ -7,8 +7,8 @@ import numpy as np
 from orbitdb import Stadium
 from orbitdb.quantum.levels import LevelWindow
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
+from orbitdb.store.storing import keep_levels
 from orbitdb.store.writer import Writer
-from orbitdb.store.writing import keep_levels
 
 WINDOWS = ((0.0, 5.0), (5.0, 9.0), (10.0, 11.0))
 """Windows of k, with a gap between 9 and 10."""

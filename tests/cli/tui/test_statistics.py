@@ -21,8 +21,8 @@ from orbitdb.cli.tui.stored import Ordering
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
+from orbitdb.store.storing import keep_reference
 from orbitdb.store.writer import Writer
-from orbitdb.store.writing import keep_reference
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 from orbitdb.text import with_error
 from orbitdb.trajectories.ensemble import Reference
