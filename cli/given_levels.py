@@ -12,7 +12,7 @@ import typer
 from orbitdb.cli.options import number_option, read_path
 from orbitdb.cli.output import note
 from orbitdb.errors import InputError
-from orbitdb.text import real
+from orbitdb.text import real, real_in_file
 
 if TYPE_CHECKING:
     from orbitdb.arrays import Floats
@@ -191,7 +191,7 @@ def _levels_in(text: str, path: str, name: str) -> "FileLevels":
         raise InputError(f"{path} is JSON: give csv, as 'orbitdb levels --format csv' writes it")
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
     mark = next((mark for mark in "\t;, " if lines and mark in lines[0]), ",")
-    bare = not lines or _number(lines[0].split(mark)[0]) is not None
+    bare = not lines or lines[0][0] == "(" or _number(lines[0].split(mark)[0]) is not None
     table = csv.DictReader(lines, [name] if bare else None, delimiter=mark, skipinitialspace=True)
     if (table.fieldnames or []).count(name) > 1:
         raise InputError(f"{path}: its header has several columns {name}: rename or remove all but one")
@@ -227,6 +227,6 @@ def _parity(name: str | None, where: str) -> "Parity | None":
 
 def _number(text: str) -> float | None:
     try:
-        return real(text)
+        return real_in_file(text)
     except ValueError:
         return None

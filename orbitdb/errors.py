@@ -34,13 +34,31 @@ def check_int(name: str, value: Any, least: float = 1) -> int:
 
 
 def as_floats(values: Any, help: str) -> "NDArray[np.float64]":
-    """Return the given values as an array; raise `InputError` with the help text if they are not numbers."""
+    """Return the given values as an array, without those that are masked (in rows, without such rows).
+
+    Raises `InputError` with the help text if they are not real numbers.
+    """
     import numpy as np  # late, because messages need no arrays
 
+    if isinstance(values, np.ma.MaskedArray):
+        values = np.ma.compress_rows(values) if values.ndim == 2 else values.compressed()
+    return as_reals(values, help)
+
+
+def as_reals(values: Any, help: str) -> "NDArray[np.float64]":
+    """Return the given values as an array of the same shape, with NaN where they are masked.
+
+    Raises `InputError` with the help text if they are not real numbers.
+    """
+    import numpy as np
+
     try:
-        return np.asarray(values, dtype=np.float64)
+        given = np.ma.asarray(values)
+        if not np.iscomplexobj(given):
+            return given.astype(np.float64).filled(np.nan)
     except (TypeError, ValueError, OverflowError):
         raise InputError(help) from None
+    raise InputError(f"{help}; these are complex: give their real parts")
 
 
 class StoreError(Exception):

@@ -134,6 +134,19 @@ def real(text: str) -> float:
     return float(text)
 
 
+def real_in_file(text: str) -> float:
+    """Read a number in a file: as `real` does, or written by NumPy as a complex one without imaginary part.
+
+    Raises
+    ------
+    ValueError
+        If the text is not a real number.
+    """
+    if text.strip().endswith("j)") and not (value := complex(text.strip())).imag:
+        return value.real
+    return real(text)
+
+
 def parse_int(text: str) -> int:
     """Read a whole number such as ``20000``, ``1e6`` or ``2.5e7``.
 

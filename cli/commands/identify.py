@@ -14,7 +14,7 @@ from orbitdb.cli.options import count_option, number_option
 from orbitdb.cli.output import ON_SCREEN, Output, code_text, not_shown, note, notes, write_facts
 from orbitdb.cli.snapshots import snapshot_at, solving
 from orbitdb.errors import InputError
-from orbitdb.text import printable, real
+from orbitdb.text import printable, real, real_in_file
 
 EXAMPLES = (
     "identify --start 0,0.5,1.2",
@@ -149,7 +149,7 @@ def _from_lines(text: str) -> list[list[float]]:
         if len(values) != 2:
             raise ValueError(f"line {number} does not have two numbers")
         try:
-            points.append([real(value) for value in values])
+            points.append([real_in_file(value) for value in values])
         except ValueError as error:
             raise ValueError(f"line {number}: {error}") from None
     return points

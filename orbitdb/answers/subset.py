@@ -159,6 +159,8 @@ class Subset(Table, Drawn):
         """Return one word as an orbit, or a subset for a slice, an array of indices or a mask."""
         if isinstance(rows, str):
             raise TypeError(f"rows are indexed by number, not by {rows!r:.40}: ask the catalogue for words")
+        if isinstance(rows, np.ma.MaskedArray):
+            rows = rows.filled(False) if rows.dtype == np.bool_ else rows.compressed()
         places = np.arange(len(self))[list(rows) if isinstance(rows, tuple) else rows]
         if places.ndim == 0:
             return self._orbit(int(places))

@@ -27,7 +27,7 @@ from scipy.spatial import cKDTree
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.display import drawn, figure_name
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, as_reals
 from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.condensation import eigenfunctions, one_thread
@@ -85,7 +85,7 @@ class Wave:
             Coordinates from the centre of the stadium, in units of the radius. The shapes of x and y are
             broadcast against each other.
         """
-        x, y = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
+        x, y = np.broadcast_arrays(*(as_reals(of, "x and y: give numbers") for of in (x, y)))
         sign = np.where(x < 0, self.parity.signs[0], 1) * np.where(y < 0, self.parity.signs[1], 1)
         points = np.stack([np.abs(x).ravel(), np.abs(y).ravel()], axis=-1)
         beyond = np.maximum(points[:, 0] - self.stadium.a, 0.0)
@@ -106,7 +106,7 @@ class Wave:
         s : array-like
             Arc lengths, anticlockwise from the left end of the bottom wall, in units of the radius.
         """
-        points, normal = boundary(self.stadium, np.asarray(s, np.float64))
+        points, normal = boundary(self.stadium, as_reals(s, "s: give arc lengths"))
         signs = np.where(points < 0, self.parity.signs, 1).prod(axis=-1)
         slopes = self._cells.at(np.abs(points.reshape(-1, 2))).slopes(self.values).reshape(points.shape)
         return signs * (slopes * np.abs(normal)).sum(axis=-1)
@@ -141,10 +141,11 @@ class Wave:
         count = 2 * math.ceil(2 * self.k * whole) + 128  # even, so that the points are symmetric
         place = (np.arange(count) + 0.5) * whole / count
         slope = self.normal_derivative(place)
-        away = place - np.asarray(s, np.float64)[:, None]
+        away = place - as_reals(s, "s: give arc lengths")[:, None]
         away -= whole * np.round(away / whole)
         packet = np.exp(-self.k * away**2 / 2) * slope
-        waves = np.exp(-1j * self.k * np.asarray(sine, np.float64)[:, None, None] * away)
+        sines = as_reals(sine, "sine: give numbers")
+        waves = np.exp(-1j * self.k * sines[:, None, None] * away)
         density = np.abs((waves * packet).sum(axis=-1).T) ** 2
         return density / density.max()
 

@@ -98,3 +98,35 @@ def test_numbers_and_arrays_of_numpy_are_numbers_and_lists(catalogue):
 def test_an_unknown_column_of_a_result_is_named_with_the_known_ones(catalogue):
     with pytest.raises(KeyError, match="no column 'n_c': the columns are p, N_t, N_c"):
         catalogue.table()["n_c"]
+
+
+def test_masked_values_are_left_out_and_complex_ones_refused(catalogue):
+    orbit = orbitdb.solve_word("0123", 1.6)
+    points = np.ma.array(np.vstack([orbit.points[:2], [[9.0, 9.0]], orbit.points[2:]]))
+    points[2, 0] = np.ma.masked
+    assert catalogue.identify(points=points).shadowed[0].orbit == orbit
+    assert catalogue.field(np.ma.array([0.05, 0.1], mask=[1, 0]), words="0123").kappa.tolist() == [0.1]
+    k = np.ma.array([1.0, 2, 3], mask=[0, 1, 0])
+    with pytest.raises(InputError, match="the list has only 2 levels"):
+        catalogue.assess(k)
+    subset = catalogue.select(p="2-3")
+    assert subset[np.ma.array([0, 1, 2], mask=[0, 1, 0])].code.tolist() == [*subset.code[[0, 2]]]
+    long = np.ma.array(subset.length > 0, mask=subset.length > 10.5)
+    assert subset[long].code.tolist() == ["13"]
+    for call in (
+        lambda: catalogue.assess(np.arange(1, 20) + 0j),
+        lambda: catalogue.field(np.array([0.1 + 0j]), words="0123"),
+        lambda: catalogue.identify(points=orbit.points + 0j),
+        lambda: catalogue.identify(start=np.array([0, 0.5, 1.2 + 0j])),
+    ):
+        with pytest.raises(InputError, match="these are complex: give their real parts"):
+            call()
+
+
+def test_a_wave_is_blank_where_a_point_is_masked_and_has_no_complex_points():
+    wave = next(orbitdb.waves(1.6, 1, 4, "ee"))
+    x = np.ma.array([0.1, 0.2], mask=[False, True])
+    assert wave.psi(x, 0.3)[0] == pytest.approx(wave.psi(0.1, 0.3))
+    assert np.isnan(wave.psi(x, 0.3)[1])
+    with pytest.raises(InputError, match="x and y: give numbers; these are complex"):
+        wave.psi(0.1 + 0j, 0.3)

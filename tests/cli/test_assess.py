@@ -137,6 +137,16 @@ def test_levels_out_of_order_are_sorted_with_a_note(cli, own, exact, tmp_path):
     assert (found.code, "not in order and have been sorted" in found.err) == (0, True)
 
 
+def test_levels_that_numpy_wrote_as_complex_numbers_are_read(cli, own, exact, tmp_path):
+    plain, path = (written(tmp_path / "k.txt", exact.tolist()), str(tmp_path / "complex.txt"))
+    np.savetxt(path, exact + 0j, fmt="%.17g")
+    assert "(" in (tmp_path / "complex.txt").read_text()
+    asked = ("--parity", "oo", "--numbers", "--db", own, "--json")
+    assert cli("assess", path, *asked) == cli("assess", plain, *asked)
+    np.savetxt(path, exact + 0.1j)
+    assert cli("assess", path, *asked).says(2, "row 1 has no level")
+
+
 def test_a_list_is_also_read_from_stdin(cli, own, exact, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO("\n".join(map(str, exact.tolist()))))
     assert cli("assess", "-", "--parity", "oo", "--db", own).code == 0

@@ -23,6 +23,7 @@ def stdin(monkeypatch):
 FILES = {
     "pairs": LINES,
     "blanks": "# bounces\n\n" + LINES.replace(",", " "),
+    "complex": "\n".join(f"({x!r}+0j),({y!r}-0.0e+00j)" for x, y in POINTS),
     "names": "n,y,x\n" + "\n".join(f"{n},{y},{x}" for n, (x, y) in enumerate(POINTS)),
     "json": json.dumps(POINTS),
     "objects": json.dumps([{"x": x, "y": y} for x, y in POINTS]),
@@ -31,7 +32,7 @@ FILES = {
 }
 
 
-@pytest.mark.parametrize("form", slow_but(["pairs", "names", "objects"], FILES))
+@pytest.mark.parametrize("form", slow_but(["pairs", "complex", "names", "objects"], FILES))
 def test_points_are_read_in_any_notation(cli, tmp_path, stdin, form):
     """No catalogue is needed."""
     stdin(FILES[form])
