@@ -41,7 +41,8 @@ def as_floats(values: Any, help: str) -> "NDArray[np.float64]":
     import numpy as np  # late, because messages need no arrays
 
     if isinstance(values, np.ma.MaskedArray):
-        values = np.ma.compress_rows(values) if values.ndim == 2 else values.compressed()
+        masked = np.ma.getmaskarray(values).any(axis=tuple(range(1, values.ndim)))
+        values = values.data[~masked]
     return as_reals(values, help)
 
 
@@ -55,7 +56,7 @@ def as_reals(values: Any, help: str) -> "NDArray[np.float64]":
     try:
         given = np.ma.asarray(values)
         if not np.iscomplexobj(given):
-            return given.astype(np.float64).filled(np.nan)
+            return np.asarray(np.ma.filled(given.astype(np.float64), np.nan))
     except (TypeError, ValueError, OverflowError):
         raise InputError(help) from None
     raise InputError(f"{help}; these are complex: give their real parts")

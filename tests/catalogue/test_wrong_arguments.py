@@ -105,12 +105,12 @@ def test_masked_values_are_left_out_and_complex_ones_refused(catalogue):
     points = np.ma.array(np.vstack([orbit.points[:2], [[9.0, 9.0]], orbit.points[2:]]))
     points[2, 0] = np.ma.masked
     assert catalogue.identify(points=points).shadowed[0].orbit == orbit
-    assert catalogue.field(np.ma.array([0.05, 0.1], mask=[1, 0]), words="0123").kappa.tolist() == [0.1]
-    k = np.ma.array([1.0, 2, 3], mask=[0, 1, 0])
+    assert catalogue.field(np.ma.array([0.05, 0.1], mask=[True, False]), words="0123").kappa.tolist() == [0.1]
+    k = np.ma.array([1.0, 2, 3], mask=[False, True, False])
     with pytest.raises(InputError, match="the list has only 2 levels"):
         catalogue.assess(k)
     subset = catalogue.select(p="2-3")
-    assert subset[np.ma.array([0, 1, 2], mask=[0, 1, 0])].code.tolist() == [*subset.code[[0, 2]]]
+    assert subset[np.ma.array([0, 1, 2], mask=[False, True, False])].code.tolist() == [*subset.code[[0, 2]]]
     long = np.ma.array(subset.length > 0, mask=subset.length > 10.5)
     assert subset[long].code.tolist() == ["13"]
     for call in (
