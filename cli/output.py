@@ -42,6 +42,7 @@ FOR_PEOPLE = (Format.TABLE, Format.MARKDOWN, Format.LATEX)
 _DECIMALS = {
     "turns": 2, "share": 2, "probability": 3, "repetitions": 1,
     **dict.fromkeys(("length", "total", "lyapunov"), 7),
+    "estimate": 8,
     **dict.fromkeys(("coordinate", "x", "y", "arclength", "sine"), 12),
 }  # fmt: skip
 """Decimals shown in tables. Columns not listed have 6; formats for programs give all digits."""

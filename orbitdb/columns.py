@@ -342,6 +342,7 @@ OF_BOUNDS = [
     ),
     Column("lower", "number", "proved lower bound on the topological entropy per bounce", "1", "proved"),
     Column("upper", "number", "proved upper bound on the topological entropy per bounce", "1", "proved"),
+    Column("estimate", "number", "middle of the two bounds, which is not proved", "1"),
     Column("windows", "integer", "number of windows examined; mirror images and reversals count as one"),
     Column("undecided", "integer", "how many of the longest windows are still undecided"),
     Column("proof", "text", "arithmetic of the proof; 'doubles' (with error bounds) or 'balls'"),

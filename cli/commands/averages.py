@@ -86,7 +86,8 @@ def lyapunov(
     pair is the mean for the periods p - 1 and p. zeta comes from the zeta function truncated at p; z0 is its
     zero (1 if no orbit is missing). sum_rule averages over all orbits up to p with weights e^-lambda,
     constrained by exact means. In a table, its estimated error follows in brackets, in units of the last
-    digit. The values for trajectories come from 'orbitdb simulate'.
+    digit. The other averages do not converge to lambda as p grows. The values for trajectories come from
+    'orbitdb simulate'.
     """
     with progress("averaging") as shown, snapshot(db, a, choice) as (catalogue, selections):
         chosen = selections if many_a(a) else selections[0]

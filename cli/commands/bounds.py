@@ -30,7 +30,7 @@ EXAMPLES = (
     "bounds --a 0.5 --a 1 --window 12",
     "bounds --a 0.3:10:40 --window 12",
 )
-COLUMNS = ("a", "window", "lower", "upper", "windows", "undecided", "proof")
+COLUMNS = ("a", "window", "lower", "upper", "estimate", "windows", "undecided", "proof")
 _WHY = "the time, the window length or the memory was not enough"
 
 
@@ -76,7 +76,8 @@ def bounds(
     A window is a piece of a path, whatever the path does before and after. Its length is counted in edges,
     from one bounce to the next. Each row is for one window length. windows is the number of windows examined
     so far, where mirror images and reversals count once, and undecided is the number of windows of this
-    length that could not be decided. All numbers are rounded outward. The search ends as soon as it reaches
+    length that could not be decided. Bounds are rounded outward. estimate is the middle of the bounds: it is
+    the best value of the entropy, but not proved. The search ends as soon as it reaches
     --window, --width or --time. For several a, you see the last row of each a, and --time applies to each a.
     If there is a catalogue, the bounds are saved in it, and 'orbitdb entropy' shows them.
     """

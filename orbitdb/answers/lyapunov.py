@@ -132,11 +132,11 @@ AVERAGES = [
 """The averages, in the order of their columns."""
 
 _AVOIDED = (
-    "these are averages over the trajectories that never contain the pattern; ln z0 is the rate per bounce "
-    "at which other trajectories leave them. If they include long runs along a semicircle, which are left "
-    "more slowly than exponentially, z0 keeps falling with the period"
+    "these are averages over the orbits that never contain the pattern. While they include orbits beside the "
+    "bouncing balls or long runs along a semicircle, the zeta function does not converge, and ln z0 is no "
+    "escape rate"
 )
-"""What averages over the words without a pattern mean."""
+"""What averages over the words without a pattern mean, and what they do not."""
 
 OF_AVERAGES = [
     Column(

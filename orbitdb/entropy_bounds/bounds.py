@@ -11,7 +11,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
@@ -76,6 +76,17 @@ class EntropyBounds(Record):
     def width(self) -> float:
         """Difference between the upper and the lower bound."""
         return self.upper - self.lower
+
+    @property
+    def estimate(self) -> float:
+        """The middle of the bounds: the best digits of the entropy, but not proved."""
+        return (self.lower + self.upper) / 2
+
+    def row(self) -> dict[str, Any]:
+        """Return the values under the names that they have in JSON, with the estimate after the bounds."""
+        names = list(values := super().row())
+        names.insert(names.index("upper") + 1, "estimate")
+        return {name: values.get(name, self.estimate) for name in names}
 
     @property
     def between(self) -> str:

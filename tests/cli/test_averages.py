@@ -68,6 +68,19 @@ def test_a_lower_period_that_is_missing_is_named(tmp_path, cli, command):
     assert "the zeta function lacks p = 3 (not filled)" in shown.err
 
 
+def test_the_zero_of_a_zeta_function_is_no_escape_rate(filled, cli):
+    """Without runs and bouncing balls it settles; otherwise it may even be below 1. A note says so."""
+    chosen = ("lyapunov", "--weight", "det", "--p", "8", "--json", "--db", str(filled))
+    some = (
+        argument for pattern in ("11", "33", "44", "55", "02", "20") for argument in ("--without", pattern)
+    )
+    settled, other = cli(*chosen, *some), cli(*chosen, "--without", "313")
+    assert math.log(json.loads(settled.out)[0]["z0"]) == pytest.approx(0.65719682, abs=1e-5)
+    assert math.log(json.loads(other.out)[0]["z0"]) < 0
+    assert "the zeta function does not converge, and ln z0 is no escape rate" in settled.err
+    assert "ln z0 is no escape rate" in other.err
+
+
 def test_the_largest_cuts_work_or_name_a_smaller_one(filled, cli, monkeypatch):
     """A cut of 1000 works. With determinants the number of terms is limited, and the advised cut works."""
     monkeypatch.setattr("orbitdb.answers.lyapunov.MOST_FACTORS", 600)

@@ -16,7 +16,7 @@ from orbitdb.cli.commands.bounds import balls_of
 from orbitdb.cli.grids import half_lengths
 
 WHY = "the time, the window length or the memory was not enough\n"
-KEYS = ["a", "window", "lower", "upper", "windows", "undecided"]
+KEYS = ["a", "window", "lower", "upper", "estimate", "windows", "undecided"]
 
 
 def test_printed_bounds_are_rounded_outward(cli):
@@ -30,6 +30,8 @@ def test_printed_bounds_are_rounded_outward(cli):
         assert Decimal(shown["lower"]) <= Decimal(row["lower"])
         assert Decimal(shown["upper"]) >= Decimal(row["upper"])
         assert Decimal(shown["upper"]) - Decimal(row["upper"]) < Decimal("1e-8")
+        assert row["lower"] < row["estimate"] < row["upper"]
+        assert float(shown["estimate"]) == pytest.approx((row["lower"] + row["upper"]) / 2, abs=5.1e-9)
         assert (int(shown["window"]), int(shown["windows"])) == (row["window"], row["windows"])
 
 
