@@ -70,6 +70,11 @@ def drawn(figure: str, what: Sequence[Any], title: str, ax: "Axes | None") -> "A
     return axes
 
 
+def columns_of(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> dict[str, list[Any]]:
+    """Return rows as columns with the given names."""
+    return {name: [row[place] for row in rows] for place, name in enumerate(names)}
+
+
 MOST_SHOWN = 20
 """Maximum number of rows that a result shows at the prompt and in a notebook."""
 

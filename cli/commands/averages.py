@@ -11,6 +11,7 @@ from orbitdb.cli.grids import many_a
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, notes, progress, write_facts
 from orbitdb.cli.snapshots import bring, snapshot
+from orbitdb.display import columns_of
 from orbitdb.text import concise, format_float, with_error
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ def lyapunov(
     if not output.table or cut is not None:
         output.write(names, rows)
         return
-    columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
+    columns = columns_of(names, rows)
     output.write(*_block(columns, "lambda_d", further=True))
     print()
     output.write(*_block(columns, "lambda_c"))

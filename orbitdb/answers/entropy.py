@@ -20,6 +20,7 @@ from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import divisors, every_period, none_where_incomplete, of_divisors
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.display import columns_of
 from orbitdb.entropy_bounds.bounds import BALLS, EntropyBounds, search
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import Status
@@ -83,7 +84,7 @@ def _table(periods: Sequence[int], tallies: Mapping[int, Tally]) -> dict[str, li
         rows.append(
             (p, tally.words, tally.n_c, points, entropy, tally.classes, tally.boundary, tally.unresolved)
         )
-    return {name: [row[place] for row in rows] for place, name in enumerate(TABLE)}
+    return columns_of(TABLE, rows)
 
 
 def entropy(connection: Connection, chosen: Selection) -> Result:

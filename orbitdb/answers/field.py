@@ -19,7 +19,7 @@ from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Indices, Integers, Marks, Masks, Texts, Words
 from orbitdb.averages.by_period import of_divisors
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.display import MOST_SHOWN, Drawn, Table, data_frame
+from orbitdb.display import MOST_SHOWN, Drawn, Table, columns_of, data_frame
 from orbitdb.errors import InputError, as_floats
 from orbitdb.magnetic.action import ArcPaths
 from orbitdb.magnetic.continuation import follow
@@ -183,7 +183,7 @@ class FieldOrbits(Table, Drawn):
                 (kappa, p, orbits(kappa, p), stable, points, math.log(points) / p if points else None)
             )
         names = ("kappa", "p", "N_c", "elliptic", "N", "K_0")
-        columns = dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
+        columns = columns_of(names, rows)
         if len(self.kappas) == 1:
             del columns["kappa"]
         return Result(self.selection, columns, (self.selection.describe(),), self.notes)

@@ -7,7 +7,7 @@ from operator import attrgetter, itemgetter
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.answers.completeness import periods_with_births
-from orbitdb.display import data_frame, html_of
+from orbitdb.display import columns_of, data_frame, html_of
 from orbitdb.entropy_bounds.bounds import BALLS
 from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.lookup import a_values
@@ -55,8 +55,7 @@ class Info:
 
     def _repr_html_(self) -> str:
         facts = "<br>".join(escape(f"{name}: {text}") for name, text in self.facts)
-        columns = {name: [row[place] for row in self.rows] for place, name in enumerate(self.columns)}
-        return f"<p>{facts}</p>{html_of(columns)}"
+        return f"<p>{facts}</p>{html_of(columns_of(self.columns, self.rows))}"
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the periods as a data frame (extra ``pandas``)."""

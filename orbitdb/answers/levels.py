@@ -12,6 +12,7 @@ from orbitdb.answers.completeness import highest_filled, no_orbits
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.display import columns_of
 from orbitdb.errors import InputError, NotStoredError, as_floats, check_int
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_length
@@ -342,9 +343,8 @@ def level_statistics(connection: Connection, a: float, levels: Mapping[Parity, F
         rows += [statistics(k, Stadium(a), parity, balls) for balls in (False, True)]
         notes.append(f"{parity}: {len(k)} levels at a = {format_float(a)}, k below {k[-1]:.4g}")
         notes += notes_on_missing_levels(connection, a, k, parity)
-    columns = zip(*rows, *expected(), strict=True)
-    named = zip(Statistics._fields, map(list, columns), strict=True)
-    return Result(Selection(a), dict(named), (), tuple(notes))
+    columns = columns_of(Statistics._fields, [*rows, *expected()])
+    return Result(Selection(a), columns, (), tuple(notes))
 
 
 def notes_on_windows(levels: Levels, parts: Mapping[Parity, Sequence[LevelWindow]]) -> tuple[str, ...]:

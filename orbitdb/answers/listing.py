@@ -20,7 +20,7 @@ from orbitdb.answers.completeness import (
 )
 from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
-from orbitdb.display import MOST_SHOWN, data_frame, text_table
+from orbitdb.display import MOST_SHOWN, columns_of, data_frame, text_table
 from orbitdb.output_files import check_rows, write_file
 from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.periods import read_fills
@@ -204,13 +204,12 @@ class Listing:
             rows, subject = list(self.head(MOST_SHOWN + 1)), self.describe()
         if len(rows) > MOST_SHOWN:
             return f"<{subject}: {', '.join(self.columns)}>"
-        table = {name: [row[place] for row in rows] for place, name in enumerate(self.columns)}
-        return "\n".join([f"<{subject}>", *(text_table(table, MOST_SHOWN) if rows else ())])
+        table = text_table(columns_of(self.columns, rows), MOST_SHOWN) if rows else ()
+        return "\n".join([f"<{subject}>", *table])
 
     def _repr_html_(self) -> str:
         with self._snapshot():
-            rows = list(self.head())
-            columns = {name: [row[place] for row in rows] for place, name in enumerate(self.columns)}
+            columns = columns_of(self.columns, list(self.head()))
             facts, notes = (self.describe(self.total),), (*self.notes, *self.complete)
         return Result(self.selections[0], columns, facts, notes)._repr_html_()
 

@@ -8,7 +8,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from orbitdb.columns import Row
-from orbitdb.display import MOST_SHOWN, data_frame, html_of, text_table
+from orbitdb.display import MOST_SHOWN, columns_of, data_frame, html_of, text_table
 from orbitdb.store.connection import Connection
 from orbitdb.store.where import CODES_ARE_TEXTS, reads_codes, run_statement
 from orbitdb.text import shortened
@@ -77,5 +77,4 @@ class SqlResult:
         with self._snapshot():
             names, rows = self.columns, list(islice(self, MOST_SHOWN + 1))
         some = f"the first {MOST_SHOWN} " * (len(rows) > MOST_SHOWN)
-        columns = {name: [row[place] for row in rows[:MOST_SHOWN]] for place, name in enumerate(names)}
-        return f"{some}rows of {shortened(self.statement)!r}", columns
+        return f"{some}rows of {shortened(self.statement)!r}", columns_of(names, rows[:MOST_SHOWN])

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -334,13 +334,11 @@ class Orbit(Drawn):
         return (Stadium(self.a), self.points, self.code), shortened(self.code)
 
 
-_Number = TypeVar("_Number", float, Floats)
+def error_of_quotient(lambda_c: Any, length: Any, lyapunov_error: Any, length_error: Any) -> Any:
+    """Return a bound on the error of lambda_c, the rounded quotient of lambda and length, in 1/radius.
 
-
-def error_of_quotient(
-    lambda_c: _Number, length: _Number, lyapunov_error: _Number, length_error: _Number
-) -> _Number:
-    """Return a bound on the error of lambda_c, the rounded quotient of lambda and length, in 1/radius."""
+    All four are numbers, arrays, or columns of SQL, and so is the bound.
+    """
     worst = (lyapunov_error + lambda_c * length_error) / (length - length_error)
     return 1.000001 * (worst + 1.2e-16 * lambda_c)
 

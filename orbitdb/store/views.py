@@ -28,6 +28,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.schema import CreateView, DropView
 
+from orbitdb.orbits.orbit import error_of_quotient
 from orbitdb.store import tables as t
 from orbitdb.symbols.symmetry import ODD
 
@@ -39,7 +40,6 @@ _parts = case((_half.is_(None), 1), else_=2)
 _word = t.cycle.c.word.concat("")  # without the affinity of a column, which would make 0113 the text '113'
 _maslov = 3 * t.cycle.c.p - t.cycle.c.walls
 _lambda_c = t.orbit.c.lyapunov / t.orbit.c.length
-_length_left = t.orbit.c.length - t.orbit.c.length_error
 
 
 def _end(value: ColumnElement[Any], number: int) -> ColumnElement[Any]:
@@ -74,8 +74,9 @@ CLASS_COLUMNS: Expressions = {
     "error": t.orbit.c.error,
     "length_error": t.orbit.c.length_error,
     "lyapunov_error": t.orbit.c.lyapunov_error,
-    "lambda_c_error": 1.000001
-    * ((t.orbit.c.lyapunov_error + _lambda_c * t.orbit.c.length_error) / _length_left + 1.2e-16 * _lambda_c),
+    "lambda_c_error": error_of_quotient(
+        _lambda_c, t.orbit.c.length, t.orbit.c.lyapunov_error, t.orbit.c.length_error
+    ),
     "area_error": t.orbit.c.area_error,
     "iterations": t.orbit.c.iterations,
     "solver": t.orbit.c.solver,
