@@ -14,8 +14,8 @@ _given: dict[str, str] = {}
 def remember(arguments: Sequence[str]) -> None:
     """Remember --db and --a from a command line, unless they are repeated, or several values of a."""
     _given.clear()
-    for option in ("--db", "--a"):
-        values = [value for name, value in pairwise(arguments) if name == option]
+    for option, short in (("--db", None), ("--a", "-a")):
+        values = [value for name, value in pairwise(arguments) if name in (option, short)]
         values += [text.removeprefix(f"{option}=") for text in arguments if text.startswith(f"{option}=")]
         alone = len(values) == 1 and values[0].isprintable()
         if alone and not (option == "--a" and _SEVERAL.search(values[0])):

@@ -2,6 +2,7 @@
 
 import logging
 import os
+import re
 import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -13,7 +14,8 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from orbitdb import __version__
-from orbitdb.cli.options import with_groups
+from orbitdb.cli.options import GONE, with_groups
+from orbitdb.text import guess, quoted
 
 ParsingError = typer.TyperException
 
@@ -66,14 +68,14 @@ _MODULES |= dict.fromkeys(("delete", "migrate"), "info")
 _OPTIONS = {
     "Catalogue": ("a", "db"),
     "Choose": (
-        "p", "status", "reversal", "symmetry", "contains", "without", "exists", "not_at", "bounds", "where",
-        "parameters",
+        "p", "status", "time_reversal", "symmetry", "contains", "without", "exists", "not_at", "bounds",
+        "where", "parameters",
     ),
     "Output": (
-        "classes", "order", "limit", "offset", "columns", "coordinates", "bounces", "format_", "form", "json",
+        "classes", "order", "limit", "offset", "columns", "by_bounce", "format_", "form", "json",
         "output", "force",
     ),
-    "Other": ("help",),
+    "Other": ("quiet", "help"),
 }  # fmt: skip
 """Panels of the options that commands share; the help lists the other options of a command first."""
 
@@ -85,8 +87,9 @@ class Command(TyperCommand):
     """
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the arguments; refuse an option with a single value that is given more than once."""
+        """Parse the arguments; refuse one dash before a name, and a single value given more than once."""
         if not ctx.resilient_parsing:
+            self._refuse_single_dashes(ctx, args)
             *_, order = self.make_parser(ctx).parse_args(args=list(args))
             for option, times in Counter(order).items():
                 if (
@@ -97,13 +100,27 @@ class Command(TyperCommand):
                     ctx.fail(f"{option.opts[0]} is given {times} times: give it once")
         return super().parse_args(ctx, args)
 
+    def _refuse_single_dashes(self, ctx: Any, args: list[str]) -> None:
+        """Refuse ``-format``, which would be read as -f and more letters, wherever an option may stand."""
+        options = [each for each in self.params if each.param_type_name == "option"]
+        names = {name for each in options for name in (*each.opts, *each.secondary_opts)}
+        valued = {name for each in options if not getattr(each, "is_flag", False) for name in each.opts}
+        before = ""
+        for text in args:
+            if text == "--":
+                return
+            name, _, _ = text.partition("=")
+            if before not in valued and name not in names and f"-{name}" in names:
+                ctx.fail(f"options have two dashes: -{name}")
+            before = text
+
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write the arguments, then the options panel by panel."""
         panel_of = {name: panel for panel, names in _OPTIONS.items() for name in names}
         panels: dict[str, list[Any]] = {panel: [] for panel in ("Arguments", "Options", *_OPTIONS)}
         for parameter in self.get_params(ctx):
             if getattr(parameter.type, "name", "") == "str":  # as a placeholder, it explains nothing
-                parameter.metavar = parameter.metavar or parameter.opts[-1].strip("-").upper()
+                parameter.metavar = parameter.metavar or parameter.opts[0].strip("-").upper()
             if (record := parameter.get_help_record(ctx)) is not None:
                 is_option = parameter.param_type_name == "option"
                 panel = panel_of.get(parameter.name or "", "Options") if is_option else "Arguments"
@@ -173,14 +190,33 @@ def refusal(error: ParsingError) -> str:
     if isinstance(error, typer.BadParameter):
         return text
     context, mistyped = getattr(error, "ctx", None), getattr(error, "option_name", None)
-    if context is None or mistyped is None or error.possibilities:  # type: ignore[attr-defined]
+    if context is not None and (extra := _EXTRA.fullmatch(text)):
+        text = f"{text}{_where_it_goes(extra[1], context)}"
+    if context is None or mistyped is None:
         return f"{text} (--help shows the options)"
     if context.parent is None:
         return f"{text} (options go after the command, as in 'orbitdb table --db PATH')"
-    names = [name for parameter in context.command.params for name in parameter.opts if name[:2] == "--"]
+    now = GONE.get(f"{context.info_name} {mistyped}") or GONE.get(mistyped)
+    every = [name for parameter in context.command.params for name in parameter.opts]
+    if now is not None and now.split()[0] in every:
+        return f"No such option: {mistyped} (it is now {now})"
+    names = [name for name in every if name[:2] == "--"]
     meant = [name for name in names if mistyped.startswith(name) or name.startswith(mistyped)]
-    question = f"did you mean {' or '.join(meant)}? " if meant else ""
-    return f"{text} ({question}--help shows the options)"
+    question = f"did you mean {' or '.join(meant)}? " if meant else guess(mistyped, names)
+    return f"No such option: {mistyped} ({question}--help shows the options)"
+
+
+_EXTRA = re.compile(r"Got unexpected extra argument\S* \((\S+?)[ )].*")
+
+
+def _where_it_goes(extra: str, context: Any) -> str:
+    """Say with which option a command takes what was given without one: periods, or a word."""
+    names = {name for parameter in context.command.params for name in parameter.opts}
+    if "--p" in names and re.fullmatch(r"(1?[0-9]|20)([-,][-,0-9]+)?", extra):
+        return f": periods are given with --p: {context.info_name} --p {extra}"
+    if "--code" in names and re.fullmatch(r"[0-5^()]+", extra):
+        return f": words are given with --code: {context.info_name} --code {quoted(extra)}"
+    return ""
 
 
 @cache

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from orbitdb.cli.grids import ALL, GivenValues, curvatures, half_length, half_lengths
-from orbitdb.cli.output import ON_SCREEN
+from orbitdb.cli.output import ON_SCREEN, be_quiet
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path, home_expanded
 from orbitdb.text import format_float, parse_int, real
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
-    """Replace each parameter that is a dataclass by its fields, which Typer reads as options."""
+    """Replace each parameter that is a dataclass by its fields, which Typer reads as options; add --quiet."""
     groups: dict[str, Any] = {}
     shown = []
     for parameter in signature(command).parameters.values():
@@ -33,9 +33,11 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
             ]
         else:
             shown.append(parameter.replace(kind=Parameter.KEYWORD_ONLY))
+    shown.append(Parameter("quiet", Parameter.KEYWORD_ONLY, default=False, annotation=Quiet))
 
     @wraps(command)
-    def run(**given: Any) -> None:
+    def run(*, quiet: bool = False, **given: Any) -> None:
+        be_quiet(quiet)
         for name, kind in groups.items():
             given[name] = kind(**{field.name: given.pop(field.name) for field in fields(kind)})
         command(**given)
@@ -91,7 +93,7 @@ def number_option(*flags: str, help: str, read: Callable[[str], Any] = real, **m
 def a_option(default: str = "") -> Any:
     """Return the option --a for one half length; the shell offers those that are stored."""
     text = f"Half length of the straight walls{default}."
-    return number_option("--a", read=half_length, help=text, autocompletion=offered_half_lengths)
+    return number_option("--a", "-a", read=half_length, help=text, autocompletion=offered_half_lengths)
 
 
 def count_option(*flags: str, help: str, least: float = -math.inf, most: float = math.inf) -> Any:
@@ -145,6 +147,7 @@ StoredHalfLengths = Annotated[
     list[GivenValues] | None,
     typer.Option(
         "--a",
+        "-a",
         metavar="NUMBER|all",
         parser=read_all_half_lengths,
         help="Half length of the straight walls [default: the only one stored, else 1.6]; "
@@ -164,7 +167,7 @@ Kappa = Annotated[
 ]
 Parameters = Annotated[
     list[str] | None,
-    typer.Option("-P", metavar="NAME=VALUE", help="The value of :name in the SQL; repeatable."),
+    typer.Option("--parameter", metavar="NAME=VALUE", help="The value of :name in the SQL; repeatable."),
 ]
 Order = Annotated[
     str,
@@ -177,7 +180,10 @@ Order = Annotated[
 Columns = Annotated[
     str | None,
     typer.Option(
-        "-c", "--columns", help="Columns to include, separated by commas.", autocompletion=offered_columns
+        "--columns",
+        "-c",
+        help="Columns to include, separated by commas; +NAME adds one to the usual ones.",
+        autocompletion=offered_columns,
     ),
 ]
 Words = Annotated[
@@ -192,6 +198,8 @@ Codes = Annotated[list[str] | None, typer.Option("--code", help="Same as WORD; r
 Limit = Annotated[
     int | None,
     count_option(
+        "--limit",
+        "-n",
         least=0,
         help="Maximum number of rows, at each a if you ask for several "
         f"[default: {ON_SCREEN} in a table, else all].",
@@ -199,14 +207,32 @@ Limit = Annotated[
 ]
 
 Periods = Annotated[
-    str | None, typer.Option("--p", metavar="PERIODS", help="Periods, such as 11, 2-8 or 2,3,5-7.")
+    str | None, typer.Option("--p", "-p", metavar="PERIODS", help="Periods, such as 11, 2-8 or 2,3,5-7.")
 ]
 MOST_JOBS = 1024
 
 _JOBS = "Number of worker processes [default: one per core if there is enough work]."
 Jobs = Annotated[int | None, count_option("--jobs", least=1, most=MOST_JOBS, help=_JOBS)]
 Classes = Annotated[bool, typer.Option("--classes", help="One row per symmetry class: its representative.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace the file if it exists.")]
+ByBounce = Annotated[
+    bool,
+    typer.Option("--by-bounce", help="One row per bounce: x, y, arc length, sine, gamma, delta."),
+]
+Force = Annotated[bool, typer.Option("--force", "-f", help="Replace the file if it exists.")]
+Yes = Annotated[bool, typer.Option("--yes", "-y", help="Do it without asking.")]
+Quiet = Annotated[
+    bool, typer.Option("--quiet", "-q", help="Write no notes, except which a was chosen, and no progress.")
+]
+
+GONE = {
+    "--reversal": "--time-reversal",
+    "-P": "--parameter",
+    "--coordinates": "-c +coordinates",
+    "query --bounces": "--by-bounce",
+    "export --bounces": "--by-bounce",
+    "bench --plot": "--output",
+}
+"""What became of options that the program had before its first release, in one command or in all."""
 
 
 def takes_only(context: typer.Context, asked: str, *names: str) -> None:
@@ -251,11 +277,9 @@ class SelectionOptions:
             autocompletion=offered_statuses,
         ),
     ] = None
-    reversal: Annotated[
+    time_reversal: Annotated[
         Literal["self", "pair"] | None,
-        typer.Option(
-            "--reversal", "--time-reversal", help="Orbits that retrace their path (self) or do not (pair)."
-        ),
+        typer.Option(help="Orbits that retrace their path (self) or do not (pair)."),
     ] = None
     symmetry: Annotated[
         str | None,
@@ -311,13 +335,14 @@ class SelectionOptions:
         from orbitdb.store.where import parse_parameters
 
         if self.parameters and self.where is None:
-            raise SelectionError("-P gives a value to a name in --where: give --where, or leave out -P")
+            raise SelectionError(
+                "--parameter gives a value to a name in --where: give --where, or leave out --parameter"
+            )
         parameters = parse_parameters(self.parameters or (), self.where or "")
-        names = ("p", "status", "symmetry", "contains", "where")
+        names = ("p", "status", "time_reversal", "symmetry", "contains", "where")
         chosen = Selection.from_criteria(
             a=a,
             **{name: getattr(self, name) for name in names},
-            time_reversal=self.reversal,
             exists=self.exists or (),
             not_at=self.not_at or (),
             without=self.without or (),

@@ -65,8 +65,20 @@ _TIMES = (
 )  # fmt: skip
 
 
-def note(message: str) -> None:
-    """Write a message as one line to stderr, if possible."""
+_quiet = False
+"""Whether --quiet was given."""
+
+
+def be_quiet(quiet: bool) -> None:
+    """Leave out notes and progress from now on, or show them."""
+    global _quiet
+    _quiet = quiet
+
+
+def note(message: str, *, always: bool = False) -> None:
+    """Write a message as one line to stderr, if possible; with --quiet, only if it is to be seen `always`."""
+    if _quiet and not always:
+        return
     with aside(), suppress(OSError):
         print(line(completed(message)), file=sys.stderr)
 
@@ -97,7 +109,9 @@ def progress(
 
     No line is shown while rows go to stdout (`to_stdout`), unless stdout is a file.
     """
-    watched = sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"  # it must erase lines
+    watched = (
+        not _quiet and sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"
+    )  # it must erase lines
     if not watched or (to_stdout and not Path("/dev/stdout").is_file()):
         return nullcontext(nobody)
     return shown(text, expected)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from orbitdb.store.selection import Selection
 
 OF_CATALOGUE = tuple(column.name for column in (*IN_CATALOGUE, *COMPUTED))
+COORDINATES = "coordinates"
 
 _AROUND = " \t\r\n\ufeff"
 """Characters allowed around a code, including the byte order mark of files from Windows."""
@@ -56,21 +57,26 @@ def asked_columns(
 ) -> tuple[str, ...]:
     """Return the requested columns, or the usual ones if `columns` is None.
 
-    `allowed` are the columns that may be requested, by default those of the catalogue. If --a may stand for
-    several values, the column a is added: first, or second if the word comes first.
+    `allowed` are the columns that may be requested, by default those of the catalogue. A text that begins
+    with a plus adds columns to the usual ones. If --a may stand for several values, the column a is added:
+    first, or second if the word comes first.
     """
-    names = tuple(usual) if columns is None else _named_columns(columns, allowed or OF_CATALOGUE)
+    names = tuple(usual)
+    if columns is not None:
+        adds = columns.lstrip().startswith("+")
+        named = _named_columns(columns, allowed or (*OF_CATALOGUE, COORDINATES), adds)
+        names = tuple(dict.fromkeys((*usual, *named))) if adds else named
     if "a" in names or not many_a(a):
         return names
     place = 1 if names[:1] == ("code",) else 0
     return (*names[:place], "a", *names[place:])
 
 
-def _named_columns(text: str, columns: Sequence[str]) -> tuple[str, ...]:
-    """Read names of columns, separated by commas; each must be one of `columns`."""
+def _named_columns(text: str, columns: Sequence[str], adds: bool) -> tuple[str, ...]:
+    """Read names of columns, separated by commas; each must be one of `columns`, with a plus if `adds`."""
     from orbitdb.store.selection import SelectionError, unknown_column
 
-    names = tuple(name.strip() for name in text.split(","))
+    names = tuple(name.strip().removeprefix("+" if adds else "") for name in text.split(","))
     for name in names:
         if name not in columns:
             raise unknown_column(name, columns)

@@ -214,7 +214,7 @@ DRAWN: dict[str, Callable[[Path], str]] = {
         ("orbitdb births --p 8 --db curve.db", "orbitdb bounds --a 0.2:10:25 --window 10 --db curve.db"),
     ),
     "entropy-width.svg": entropy_width,
-    "work-precision.svg": Figure("orbitdb bench --plot"),
+    "work-precision.svg": Figure("orbitdb bench -o"),
 }
 """For every picture, the function that draws it as SVG from a folder with a catalogue."""
 

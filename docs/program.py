@@ -106,7 +106,7 @@ def _takes(option: Any) -> str:
     elif choices:
         text = "|".join(str(getattr(choice, "value", choice)) for choice in choices)
     else:
-        text = option.opts[-1].strip("-").upper()
+        text = option.opts[0].strip("-").upper()
     shown = "`" + text.replace("|", "\\|") + "`"
     return f"{shown}, repeatable" if option.multiple else shown
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = {
     "table": ("table", "table --a 1 --p 2-8 --json", "table --a all --p 11"),
-    "entropy": ("entropy", "entropy --p 2-9 --reversal self --json", "entropy --a all --format csv"),
+    "entropy": ("entropy", "entropy --p 2-9 --time-reversal self --json", "entropy --a all --format csv"),
     "lyapunov": (
         "lyapunov",
         "lyapunov --weight det --p 2-10",

@@ -17,7 +17,7 @@ from orbitdb.text import format_float
 if TYPE_CHECKING:
     from orbitdb.billiard.stadium import Stadium
 
-EXAMPLES = ("bench", "bench --p 9 --plot work-precision.svg", "bench --kind stress --json")
+EXAMPLES = ("bench", "bench --p 9 -o work-precision.svg", "bench --kind stress --json")
 
 
 def bench(
@@ -27,10 +27,12 @@ def bench(
         Literal["methods", "stress"], typer.Option(help="Compare methods, or solve hard cases.")
     ] = "methods",
     a: options.HalfLength = USUAL_A,
-    p: Annotated[int, options.count_option("--p", least=2, most=13, help="Period of the words.")] = 9,
+    p: Annotated[int, options.count_option("--p", "-p", least=2, most=13, help="Period of the words.")] = 9,
     picture: Annotated[
         Path | None,
-        options.path_option("--plot", help="Also draw the work-precision diagram (.png, .svg, .pdf)."),
+        options.path_option(
+            "--output", "-o", help="Also draw the work-precision diagram (.png, .svg, .pdf)."
+        ),
     ] = None,
     output: Output,
 ) -> None:

@@ -41,6 +41,7 @@ def bounds(
         list[GivenValues] | None,
         typer.Option(
             "--a",
+            "-a",
             metavar="NUMBER|FROM:TO:COUNT",
             parser=options.read_half_lengths,
             help=f"Half length of the straight walls, or a logarithmic grid of values; repeatable "

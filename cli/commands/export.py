@@ -13,7 +13,7 @@ from orbitdb.cli import options
 from orbitdb.cli.grids import GivenValues, many_a
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import note, notes, progress
-from orbitdb.cli.snapshots import asked_columns, snapshot
+from orbitdb.cli.snapshots import OF_CATALOGUE, asked_columns, snapshot
 from orbitdb.columns import WRITTEN, Row
 from orbitdb.errors import InputError
 from orbitdb.progress import Tell
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "export orbits.parquet --status orbit",
-    "export short.csv --p 2-8 --range length=:20 --coordinates",
-    "export bounces.parquet --p 5 --status orbit --bounces",
+    "export short.csv --p 2-8 --range length=:20 -c +coordinates",
+    "export bounces.parquet --p 5 --status orbit --by-bounce",
     "export --format jsonl --p 11 --status orbit | jq .length",
     "export stadium-data --dataset --p 2-11",
     "export copy.db",
@@ -33,7 +33,6 @@ EXAMPLES = (
 AFTERWORD = "'orbitdb columns' explains the columns."
 _BETWEEN_TELLING = 1000
 _PLACED = ("a", "code", "coordinates")
-COORDINATES = "coordinates"
 COPY = ".db"
 """How the name of a copy of the whole catalogue ends."""
 
@@ -54,16 +53,10 @@ def export(
     classes: options.Classes = False,
     order: options.Order = "p",
     limit: Annotated[
-        int | None, options.count_option(least=1, help="Maximum number of rows to write.")
+        int | None, options.count_option("--limit", "-n", least=1, help="Maximum number of rows to write.")
     ] = None,
     columns: options.Columns = None,
-    coordinates: Annotated[
-        bool, typer.Option("--coordinates", help="Also write the coordinates of every bounce.")
-    ] = False,
-    bounces: Annotated[
-        bool,
-        typer.Option("--bounces", help="Write one row per bounce: x, y, arc length, sine, gamma, delta."),
-    ] = False,
+    by_bounce: options.ByBounce = False,
     form: Annotated[
         str | None,
         typer.Option("--format", help="csv, tsv, json, jsonl or parquet, if the name does not say which."),
@@ -103,13 +96,11 @@ def export(
         file, kind = None, form
     else:
         kind = files.check_rows(file, form, force)
-    if bounces:
-        options.refuse_idle(context, "with --bounces", "coordinates")
-    names = asked_columns(columns, ("code",) if bounces else WRITTEN, a)
-    names += _PLACED if bounces else (COORDINATES,) if coordinates else ()
+    names = asked_columns(columns, ("code",) if by_bounce else WRITTEN, a, OF_CATALOGUE if by_bounce else ())
+    names += _PLACED if by_bounce else ()
     with snapshot(db, a, choice) as (catalogue, selections):
         listing = catalogue.rows(selections, columns=names, order=order, limit=limit, classes=classes)
-        count = _write(listing, bounces, file, kind, many_a(a))
+        count = _write(listing, by_bounce, file, kind, many_a(a))
         complete = listing.complete
     for text in complete:
         note(text)
@@ -117,7 +108,7 @@ def export(
         note(f"{several(count, 'row')} written: {listing.describe()}, in {file}")
 
 
-def _write(listing: "Listing", bounces: bool, file: Path | None, kind: str, many: bool) -> int:
+def _write(listing: "Listing", by_bounce: bool, file: Path | None, kind: str, many: bool) -> int:
     """Write the rows to a file or to stdout, and return how many; without rows, exit."""
     from orbitdb import output_files as files
 
@@ -125,7 +116,7 @@ def _write(listing: "Listing", bounces: bool, file: Path | None, kind: str, many
         said, absent = listing.notes, listing.absent
     notes(f"{text}: nothing is written" if text in absent else text for text in said)
     names, rows = listing.columns, iter(listing)
-    if bounces:
+    if by_bounce:
         from orbitdb.orbits.bounces import BOUNCE_COLUMNS, bounce_by_bounce
 
         names, rows = names[: -len(_PLACED)] + BOUNCE_COLUMNS, bounce_by_bounce(rows)

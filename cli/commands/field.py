@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 EXAMPLES = (
     "field 0123 --kappa 0:0.3:7",
     "field --kappa 0.05 --p 2-8 --counts",
-    "field --kappa 0.1 --p 2-11 --reversal pair --format csv > field.csv",
+    "field --kappa 0.1 --p 2-11 --time-reversal pair --format csv > field.csv",
 )
 
 TABLE_COLUMNS = ("code", "kappa", "status", "action", "area", "lyapunov", "splitting")

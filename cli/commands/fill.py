@@ -45,7 +45,7 @@ EXAMPLES = {
 }
 
 
-_HIGHEST = typer.Option("--p", metavar="PERIODS", help="The highest period, or periods such as 2-8.")
+_HIGHEST = typer.Option("--p", "-p", metavar="PERIODS", help="The highest period, or periods such as 2-8.")
 Highest = Annotated[str, _HIGHEST]
 SomeHighest = Annotated[str | None, _HIGHEST]
 Lowest = Annotated[int, count_option("--from", help="The lowest period.")]

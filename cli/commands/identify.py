@@ -18,7 +18,7 @@ from orbitdb.text import printable, real, real_in_file
 
 EXAMPLES = (
     "identify --start 0,0.5,1.2",
-    "query 1232131 --bounces --format csv | orbitdb identify --points -",
+    "query 1232131 --by-bounce --format csv | orbitdb identify --points -",
     "identify --length 21.7 --tolerance 2e-3",
 )
 SHADOW_COLUMNS = ("code", "p", "first", "last", "turns", "distance", "length", "lambda_d")
@@ -61,6 +61,8 @@ def identify(
     limit: Annotated[
         int | None,
         count_option(
+            "--limit",
+            "-n",
             least=0,
             help="Maximum number of rows to show [default: 10; "
             f"with --length, {ON_SCREEN} in a table, otherwise all].",

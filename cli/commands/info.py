@@ -46,7 +46,7 @@ def delete(
     *,
     a: Annotated[float, options.a_option()],
     p: options.Periods = None,
-    yes: Annotated[bool, typer.Option("--yes", help="Delete without asking.")] = False,
+    yes: options.Yes = False,
     db: options.Database,
 ) -> None:
     """Delete what is stored at one half length: orbits, fills, sweeps, levels, bounds and trajectories.

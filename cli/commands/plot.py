@@ -39,7 +39,7 @@ EXAMPLES = (
     "plot entropy --p 2-11 -o entropy.svg",
     "plot life 010203113 -o life.svg",
     "plot sheet --order length --limit 20 -o shortest.pdf",
-    "plot phase-space --p 2-8 --reversal self -o phase-space.png",
+    "plot phase-space --p 2-8 --time-reversal self -o phase-space.png",
 )
 
 _SHOWN = (
@@ -78,7 +78,7 @@ def plot(
     ],
     words: options.Words = None,
     output: Annotated[
-        Path, options.path_option("-o", "--output", help="Name ending in .png, .svg or .pdf; - for stdout.")
+        Path, options.path_option("--output", "-o", help="Name ending in .png, .svg or .pdf; - for stdout.")
     ],
     code: options.Codes = None,
     a: options.StoredHalfLengths = None,
@@ -88,7 +88,8 @@ def plot(
         bool, typer.Option("--over-a", help="Draw the entropy against a instead of the period.")
     ] = False,
     limit: Annotated[
-        int, options.count_option(least=1, help="Maximum number of orbits to draw on a sheet.")
+        int,
+        options.count_option("--limit", "-n", least=1, help="Maximum number of orbits to draw on a sheet."),
     ] = 120,
     given: GivenLevels,
     k: Annotated[float | None, options.number_option(help="Draw the level nearest to this k.")] = None,

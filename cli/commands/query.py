@@ -42,7 +42,7 @@ EXAMPLES = {
     ),
     "sql": (
         "sql \"SELECT p, count(*) AS orbits FROM catalogue WHERE status = 'orbit' GROUP BY a, p\"",
-        'sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" -P word=0103155 --json',
+        'sql "SELECT a, length FROM catalogue WHERE code = :word ORDER BY a" --parameter word=0103155 --json',
     ),
     "columns": ("columns", "columns margin quarter_length", "columns --json"),
 }
@@ -71,12 +71,7 @@ def query(
     limit: options.Limit = None,
     offset: Annotated[int, options.count_option(least=0, help="Number of rows to skip.")] = 0,
     columns: options.Columns = None,
-    bounces: Annotated[
-        bool,
-        typer.Option(
-            "--bounces", help="For WORD, show one row per bounce: x, y, arc length, sine, gamma, delta."
-        ),
-    ] = False,
+    by_bounce: options.ByBounce = False,
     output: Output,
     db: options.Database,
 ) -> None:
@@ -87,12 +82,14 @@ def query(
     explains the columns.
     """
     if words or code:
-        options.takes_only(context, "with --code", "words", "code", "a", "columns", "bounces")
-        if not _show_words(list(given_codes(words, code)), a, db, columns, bounces, output):
+        options.takes_only(context, "with --code", "words", "code", "a", "columns", "by_bounce")
+        if not _show_words(list(given_codes(words, code)), a, db, columns, by_bounce, output):
             raise typer.Exit(1)
         return
-    if bounces:
-        raise InputError("--bounces needs WORD; 'orbitdb export --bounces' writes the bounces of many orbits")
+    if by_bounce:
+        raise InputError(
+            "--by-bounce needs WORD; 'orbitdb export --by-bounce' writes the bounces of many orbits"
+        )
     in_table = (*TABLE_COLUMNS, *_sorted_by(order))
     names = asked_columns(columns, in_table if output.for_people else WRITTEN, a)
     with snapshot(db, a, choice) as (catalogue, selections):
@@ -123,7 +120,7 @@ def _show_words(
     a: list[GivenValues] | None,
     db: Path,
     columns: str | None,
-    bounces: bool,
+    by_bounce: bool,
     output: Output,
 ) -> int:
     """Write what is known about the given words, or their bounces; return the number of rows or words."""
@@ -131,7 +128,7 @@ def _show_words(
     from orbitdb.symbols.words import parse
 
     in_rows = columns is not None or not output.table or many_a(a)
-    usual = ("code",) if bounces else TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
+    usual = ("code",) if by_bounce else TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
     keys = asked_columns(columns, usual, a, OF_A_WORD)
     for code in codes:
         parse(code)  # so that nothing is printed if a code is wrong
@@ -141,10 +138,10 @@ def _show_words(
         if OF_LIVES & set(keys):
             lives = {word: catalogue.orbit(word, a=values[0], exists=True).exists for word in words}
             orbits = [replace(orbit, exists=lives[orbit.code]) for orbit in orbits]
-        partners = [] if in_rows or bounces else [catalogue.born_with(orbit) for orbit in orbits]
+        partners = [] if in_rows or by_bounce else [catalogue.born_with(orbit) for orbit in orbits]
     if not orbits:
         note("stdin contains no code")
-    if bounces:
+    if by_bounce:
         return _show_bounces(keys, orbits, many_a(a), output)
     if in_rows:
         return output.write(keys, ([_value(orbit, key, output) for key in keys] for orbit in orbits))
@@ -209,7 +206,7 @@ def columns(
 ) -> None:
     """Explain the columns: their units, the bounds on their errors, and their meanings.
 
-    -c, --order and --where accept the columns of words and orbits, and --bounces writes the columns of
+    -c, --order and --where accept the columns of words and orbits, and --by-bounce writes the columns of
     bounces. query --code adds columns of its own. identify has different columns for a trajectory and for a
     length. The error of a number never exceeds its bound.
     """

@@ -296,7 +296,9 @@ def _refusal(sql: str, message: str, what: str) -> str:
             where_from = "only catalogue has it; " if name in _COLUMNS else guess(name, _COLUMNS)
             message = f"{message}; {where_from}'orbitdb columns' lists all columns"
     elif "binding" in message.lower():
-        message = f"{message.rstrip('.')}: give each :name a value, with -P name=value or in parameters"
+        message = (
+            f"{message.rstrip('.')}: give each :name a value, with --parameter name=value or in parameters"
+        )
     return line(f"{what} {shortened(sql, 200)!r}: {message}")
 
 
@@ -341,7 +343,7 @@ def parse_parameters(texts: Iterable[str], sql: str) -> dict[str, Value]:
     found = [_parameter(text, sql) for text in texts]
     names = [name for name, _ in found]
     if twice := [name for place, name in enumerate(names) if name in names[:place]]:
-        raise SelectionError(f"-P {twice[0]} is given twice: give it once")
+        raise SelectionError(f"--parameter {twice[0]} is given twice: give it once")
     return dict(found)
 
 
@@ -349,7 +351,7 @@ def _parameter(text: str, sql: str) -> tuple[str, Value]:
     name, sign, value = text.partition("=")
     name, value = name.strip(), value.strip()
     if not sign or not name.isidentifier():
-        raise SelectionError(f"-P {text!r}: write it as name=value")
+        raise SelectionError(f"--parameter {text!r}: write it as name=value")
     if len(value) > 1 and value[0] == value[-1] and value[0] in "'\"":
         return name, value[1:-1]
     try:
@@ -363,6 +365,6 @@ def _parameter(text: str, sql: str) -> tuple[str, Value]:
     if len(value) == 1 or not set(value) <= set(SYMBOLS) or not reads_codes(sql):
         return name, int(value)
     raise SelectionError(
-        f"-P {text}: this could be a word or a number: write \"{name}='{value}'\" for the word, "
+        f"--parameter {text}: this could be a word or a number: write \"{name}='{value}'\" for the word, "
         f"{name}=+{value} for the number"
     )

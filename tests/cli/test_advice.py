@@ -54,7 +54,7 @@ def test_advice_gains_only_missing_options_that_its_command_accepts(advised, exp
 
 def test_an_error_repeats_the_given_value(cli, tmp_path):
     path = str(tmp_path / "nowhere.db")
-    assert cli("table", "--db", path, "--a", "2").says(3, f"'orbitdb fill --p 11 --db {path} --a 2'")
+    assert cli("table", "--db", path, "-a", "2").says(3, f"'orbitdb fill --p 11 --db {path} --a 2'")
 
 
 def test_help_is_also_a_command(cli):
@@ -188,7 +188,7 @@ def test_a_list_of_all_orbits_says_where_no_list_is_complete(cli, filled):
         "(further periods prove 11.54 at most; infinitely many are shorter than 4a + 2 pi < 12.69)"
     )
     assert "infinitely" in cli("query", "--where", "length < 12", "--limit", "2", "--db", str(filled)).err
-    assert "infinitely" not in cli(*asked, "--reversal", "pair").err
+    assert "infinitely" not in cli(*asked, "--time-reversal", "pair").err
 
 
 def test_a_list_without_period_2_is_told_to_choose_it(cli, filled):

@@ -108,7 +108,7 @@ def test_weak_stored_bounds_do_not_replace_better_ones(cli, varied, own):
     before = json.loads(cli("entropy", "--p", "4", "--json", "--db", str(own)).out)
     assert cli("bounds", "--window", "5", "--store", "--db", str(own)).code == 0
     assert json.loads(cli("entropy", "--p", "4", "--json", "--db", str(own)).out) == before
-    shown = cli("entropy", "--reversal", "self", "--db", str(own))
+    shown = cli("entropy", "--time-reversal", "self", "--db", str(own))
     assert "h <" not in shown.err  # the bounds are those of all orbits
 
 

@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[2]
 EXPLAINED = [
     "query --p 3",
     "query 1232131 13",
-    "query 13 --bounces",
+    "query 13 --by-bounce",
     "export --p 3 --format json",
     "table",
     "identify --length 20.8",
@@ -153,9 +153,8 @@ def test_panels_list_every_command(cli):
 @pytest.mark.parametrize("command", ["query", "entropy", "lyapunov", "export", "plot", "verify", "browse"])
 def test_subsets_are_chosen_by_the_same_options_everywhere(cli, command):
     text = cli(command, "--help").out
-    names = ["--p", "--status", "--reversal", "--symmetry", "--contains", "--without", "--range", "--where"]
-    names += ["-P"]
-    assert [name for name in names if not re.search(rf"\n  {name}[ ,]", text)] == []
+    names = ["p", "status", "time-reversal", "symmetry", "contains", "without", "range", "where", "parameter"]
+    assert [name for name in names if not re.search(rf"\n  (-p, )?--{name}[ ,]", text)] == []
 
 
 @pytest.mark.slow

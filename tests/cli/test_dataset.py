@@ -156,7 +156,7 @@ def test_the_same_catalogue_gives_the_same_bytes(known, cli, tmp_path):
 def test_a_selection_limits_periods_and_words_but_not_counts(known, cli, tmp_path):
     part, whole = tmp_path / "part", tmp_path / "whole"
     asked = "export", "--dataset", "--p", "4-5", "--a", "1.6", "--db", known
-    assert cli(*asked, str(part), "--reversal", "self", "--status", "orbit").says(
+    assert cli(*asked, str(part), "--time-reversal", "self", "--status", "orbit").says(
         0, "that retrace their path"
     )
     assert cli(*asked, str(whole)).code == 0

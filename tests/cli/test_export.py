@@ -20,7 +20,7 @@ def test_every_format_records_its_provenance(varied, tmp_path, cli):
     from pyarrow import parquet
 
     paths = {form: tmp_path / f"orbits.{form}" for form in ("csv", "tsv", "json", "jsonl", "parquet")}
-    chosen = ("--p", "2-5", "--status", "orbit,dynamical", "--coordinates", "--db", str(varied))
+    chosen = ("--p", "2-5", "--status", "orbit,dynamical", "-c", "+coordinates", "--db", str(varied))
     for path in paths.values():
         done = cli("export", str(path), *chosen)
         assert done.code == 0, done.err
@@ -42,7 +42,17 @@ def test_exported_bounces_are_where_the_orbit_hits_the_boundary(varied, tmp_path
     from pyarrow import parquet
 
     target = tmp_path / "bounces.parquet"
-    chosen = ("--p", "5", "--status", "orbit,dynamical", "--bounces", "-c", "code,error", "--db", str(varied))
+    chosen = (
+        "--p",
+        "5",
+        "--status",
+        "orbit,dynamical",
+        "--by-bounce",
+        "-c",
+        "code,error",
+        "--db",
+        str(varied),
+    )
     assert cli("export", str(target), *chosen).code == 0
     table = parquet.read_table(target)
     found = {name: table[name].to_numpy() for name in table.column_names}
@@ -68,7 +78,7 @@ def test_exported_bounces_are_where_the_orbit_hits_the_boundary(varied, tmp_path
 
 
 def test_bounces_of_one_word_equal_those_of_the_export(varied, cli):
-    asked = ("--bounces", "--format", "jsonl", "--db", str(varied))
+    asked = ("--by-bounce", "--format", "jsonl", "--db", str(varied))
     one = cli("query", "--code", "3123", *asked)
     other = cli("export", "--p", "4", "--where", "code = '1233'", *asked)
     here, there = ([json.loads(row)["x"] for row in done.out.splitlines()] for done in (one, other))
@@ -85,7 +95,7 @@ def test_a_tilde_is_the_home_folder_in_every_path(filled, tmp_path, cli, monkeyp
     (home / "levels.csv").write_text("k\n2\n3\n")
     asked = ("--db", str(filled))
     for command in (
-        ("export", "~/bounces.csv", "--bounces", "--where", "code = '13'", *asked),
+        ("export", "~/bounces.csv", "--by-bounce", "--where", "code = '13'", *asked),
         ("identify", "--points", "~/bounces.csv", *asked),
         ("plot", "orbit", "13", "-o", "~/orbit.svg", *asked),
         ("export", "~/data", "--dataset", "--p", "2", *asked),

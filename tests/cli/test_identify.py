@@ -56,7 +56,7 @@ def test_the_number_of_rows_and_bounces_can_be_chosen(cli):
 @pytest.mark.slow
 def test_identify_reads_the_output_of_query_and_identify(cli, filled, stdin):
     for form in ("csv", "tsv", "json", "jsonl"):
-        stdin(cli("query", "1232131", "--bounces", "--format", form, "--db", str(filled)).out)
+        stdin(cli("query", "1232131", "--by-bounce", "--format", form, "--db", str(filled)).out)
         done = cli("identify", "--points", "-", "--limit", "1", "--format", form, "--db", str(filled))
         assert done.code == 0, done.err
         assert "1232131" in done.out

@@ -1,6 +1,7 @@
 """Options that have no effect, numbers as people write them, `-` for a stream, and closed streams."""
 
 import errno
+import json
 import os
 import shlex
 
@@ -27,7 +28,25 @@ def test_numbers_are_read_as_people_write_them():
 
 def test_a_value_is_a_number_only_in_the_usual_notation(cli, filled):
     for value, code in ("7", 0), ("7.0", 0), ("0_7", 1):  # +p has no affinity: texts stay texts
-        assert cli("query", "--where", "+p = :x", "-P", f"x={value}", "--limit", "1").code == code
+        assert cli("query", "--where", "+p = :x", "--parameter", f"x={value}", "--limit", "1").code == code
+
+
+def test_quiet_leaves_out_notes_but_no_error(cli, filled):
+    asked = ("query", "-p", "8-9", "--status", "orbit", "-n", "2", "-c", "code")
+    loud, quiet = cli(*asked), cli(*asked, "-q")
+    assert "period 9" in loud.err
+    assert quiet == loud._replace(err="")
+    assert cli(*asked).err == loud.err  # in the same process
+    assert cli("query", "-q", "--where", "lenght < 3").says(2, "lenght")
+
+
+def test_columns_with_a_plus_are_added_to_the_usual_ones(cli, filled):
+    usual = cli("query", "-p", "3", "--json")
+    more = cli("query", "-p", "3", "--json", "-c", "+coordinates,margin,+born")
+    for before, after in zip(json.loads(usual.out), json.loads(more.out), strict=True):
+        assert list(after) == [*before, "coordinates", "born"]
+        assert {name: after[name] for name in before} == before
+    assert cli("query", "-p", "3", "-c", "code,+born").says(2, "'+born'")
 
 
 def test_a_minus_means_stdout(cli, filled, tmp_path, monkeypatch):

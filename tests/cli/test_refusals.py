@@ -7,6 +7,16 @@ import pytest
 
 REFUSED = """
 nonsense | 2 | nonsense
+table --reversal self | 2 | No such option: --reversal
+query --reversal self | 2 | --reversal (it is now --time-reversal)
+query 13 --bounces | 2 | --bounces (it is now --by-bounce)
+query -P x=1 | 2 | -P (it is now --parameter)
+query -format csv | 2 | options have two dashes: --format (
+query -k 3 | 2 | No such option: -k
+levels -k 0:3 | 2 | options have two dashes: --k (
+fill 8 | 2 | periods are given with --p: fill --p 8 (
+fill 1232131 | 2 | words are given with --code: fill --code 1232131 (
+query --columms code | 2 | did you mean --columns?
 colums | 2 | colums | columns
 --versio | 2 | --versio | --version
 table --colour | 2 | --colour | --help
@@ -22,7 +32,7 @@ query --p 2-1 | 2 | backwards: the least period is 2
 query --status lost | 2 | lost
 query --range colour=1:2 | 2 | colour
 query --range length=long: | 2 | length=3:10
-query --where 'p = :x' -P =3 | 2 | name=value
+query --where 'p = :x' --parameter =3 | 2 | name=value
 query 13 --p 3 | 2 | --p | --code
 entropy --status dynamical | 2 | only orbits (and boundary) have | : leave out status dynamical
 plot lengths --status all -o x.svg | 2 | only orbits (and boundary) have
@@ -32,14 +42,14 @@ lyapunov --cut nan | 2 | cut nan | 1000
 
 query --code 13 --where 'p > 2' | 2 | --where | --code
 query --code 13 --p 3 --order p --limit 3 --offset 1 | 2 | --p, --order, --limit, --offset | --code | them
-query --code 13 -P x=1 | 2 | -P | --code
-query -P x=1 | 2 | -P | --where
+query --code 13 --parameter x=1 | 2 | --parameter | --code
+query --parameter x=1 | 2 | --parameter | --where
 query --where '1; DELETE FROM orbit' | 2 | 1; DELETE FROM orbit
 query --order 'p; DROP TABLE run' | 2 | p; DROP TABLE run | write columns
 query -c '(SELECT 1)' | 2 | (SELECT 1)
 query -c '*' | 2 | '*'
 query -c code,p,code | 2 | 'code' | twice
-query --where 'p > 2' -P x=1 | 2 | 'p > 2' | :x
+query --where 'p > 2' --parameter x=1 | 2 | 'p > 2' | :x
 fill --p 3 --code 13 | 2 | --p | --code
 fill --code 1 | 2 | 1 has one symbol | longer
 fill --code 13 --from 2 --jobs 2 --geometric | 2 | --geometric, --jobs | --code | them
@@ -65,12 +75,12 @@ fill --p 3 --jobs 0 | 2 | '--jobs': 0 is less than 1
 delete --a 1.6 --p 40 --yes | 1 | nothing of period 40 is stored at a = 1.6 in
 query --db '' | 2 | '--db': the path is empty: name a file
 export '' | 2 | '[FILE]': the path is empty
-plot orbit 13 -o '' | 2 | '--output': the path is empty
+plot orbit 13 -o '' | 2 | '--output' / '-o': the path is empty
 identify --points '' | 2 | '--points': the path is empty
 assess '' | 2 | 'FILE': the path is empty
 spectrum --levels '' | 2 | '--levels': the path is empty
 verify '' | 2 | 'FOLDER': the path is empty
-bench --plot '' | 2 | '--plot': the path is empty
+bench -o '' | 2 | '--output' / '-o': the path is empty
 
 table --a all --a 1 | 2 | --a all
 query --a 1 --a x | 2 | --a | 'x' is not a number
@@ -115,13 +125,13 @@ simulate --db nowhere/such/new.db | 3 | no folder nowhere/such
 export nowhere/orbits.json | 3 | no folder nowhere
 table --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
 query 13 --a all --db new.db | 3 | no catalogue at new.db | orbitdb fill
-export x.csv --status dynamical --p 5 --bounces | 1 | these words have no bounces; only orbits do
-export x.csv --p 2-5 --order status --limit 1 --bounces | 1 | these words have no bounces
+export x.csv --status dynamical --p 5 --by-bounce | 1 | these words have no bounces; only orbits do
+export x.csv --p 2-5 --order status --limit 1 --by-bounce | 1 | these words have no bounces
 export x.csv --p 3 --limit 0 | 2 | 0 is less than 1
-export x.csv --status orbit --where p=1 --bounces | 1 | no orbits at a = 1.6 where p=1: nothing is written
+export x.csv --status orbit --where p=1 --by-bounce | 1 | no orbits at a = 1.6 where p=1: nothing is written
 
 sweep --db new.db --p 21 | 2 | 21
-sweep --db new.db --p 3 --reversal self | 2 | No such option: --reversal
+sweep --db new.db --p 3 --time-reversal self | 2 | No such option: --time-reversal
 
 identify --start 0,0 | 2 | three numbers
 identify --start 0,0,½ | 2 | '½' is not a number
@@ -139,8 +149,8 @@ sql 'SELECT code FROM life' | 2 | no such column: code; only catalogue has it;
 sql 'SELECT colour FROM catalogue' | 2 | no such column: colour; 'orbitdb columns' lists all columns
 sql 'SELECT c.lenght FROM catalogue c' | 2 | no such column: c.lenght; did you mean length?
 sql 'SELECT * FROM catalog' | 2 | no such table: catalog: did you mean catalogue?
-sql 'SELECT :x' | 2 | -P name=value
-sql 'SELECT :x AS x' -P x=1 -P y=2 -P z=3 | 2 | it has no :y, :z: leave out its value
+sql 'SELECT :x' | 2 | --parameter name=value
+sql 'SELECT :x AS x' --parameter x=1 --parameter y=2 --parameter z=3 | 2 | no :y, :z: leave out its value
 sql SELECT | 2 | incomplete input
 sql LONG | 2 | Expression tree is too large
 sql DIGITS | 2 | syntax error

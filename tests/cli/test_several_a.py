@@ -12,12 +12,12 @@ from orbitdb.text import joined
 COMMANDS = [
     ("table --p 2-6", "all"),
     pytest.param("entropy --p 2-5", "1.6 1", marks=pytest.mark.slow),
-    pytest.param("entropy --p 3-4 --reversal self", "1:1.6:2", marks=pytest.mark.slow),
+    pytest.param("entropy --p 3-4 --time-reversal self", "1:1.6:2", marks=pytest.mark.slow),
     ("lyapunov --p 2-4", "all"),
     pytest.param("lyapunov --p 2-4 --cut 5", "1.6 1", marks=pytest.mark.slow),
     ("query --p 3 -c length,rules --order a,p,code", "1:1.6:2"),
-    pytest.param("export --p 3 --order a,p,code --coordinates --limit 1000", "all", marks=pytest.mark.slow),
-    ("export --p 2 --order a,p,code --bounces -c p,rules", "1.6 1"),
+    pytest.param("export --p 3 --order a,p,code -c +coordinates --limit 1000", "all", marks=pytest.mark.slow),
+    ("export --p 2 --order a,p,code --by-bounce -c p,rules", "1.6 1"),
 ]
 
 
@@ -30,7 +30,7 @@ def test_several_a_give_the_rows_of_each_with_its_a(cli, varied, command, asked)
     found = [json.loads(line) for line in done.out.splitlines()]
     assert (done.code, found) == (0, [row | {"a": float(a)} for a in each_a for row in alone[a]])
     assert len({row["a"] for row in found}) == 2
-    assert next(iter(found[0])) == "a" or "--coordinates" in command
+    assert next(iter(found[0])) == "a" or "+coordinates" in command
 
 
 def test_an_order_sorts_the_rows_of_all_a_together(cli, varied):

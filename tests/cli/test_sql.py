@@ -131,7 +131,7 @@ def test_time_between_blocks_of_rows_does_not_count_but_time_in_sqlite_does(vari
 
 def test_a_word_is_found_in_any_rotation_or_refused(varied, cli):
     counted = "SELECT count(*) AS n FROM catalogue WHERE a = 1.6 AND"
-    word = ("-P", "w='310'", "--format", "csv", "--db", str(varied))
+    word = ("--parameter", "w='310'", "--format", "csv", "--db", str(varied))
     assert cli("sql", f"{counted} code = code(:w)", *word) == (0, "n\n1\n", "")
     assert cli("sql", f"{counted} code = :w", *word) == (0, "n\n0\n", "")
     missed = cli("sql", "SELECT p FROM catalogue WHERE code = :w", *word)

@@ -123,7 +123,7 @@ def test_other_commands_use_sweeps(cli):
     source = "periods 2-6 at a = 1.6: counted by a sweep, without stored rows\n"
     assert all(outcome.code == 0 and source in outcome.err for outcome in before)
     assert cli("lyapunov", "--cut", "9").code == 1
-    part = cli("entropy", "--reversal", "self").err
+    part = cli("entropy", "--time-reversal", "self").err
     assert part.startswith(
         "at a = 1.6, all orbits of periods 2-6 were counted, but no rows are stored: choose"
     )

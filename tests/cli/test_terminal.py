@@ -36,7 +36,7 @@ FILLING = [
 READING = [
     ("verify", "--p", "2-5", "--format", "csv"),
     ("export", "{folder}/rows.csv"),
-    ("export", "{folder}/rows.parquet", "--coordinates", "--a", "1"),
+    ("export", "{folder}/rows.parquet", "-c", "+coordinates", "--a", "1"),
     ("plot", "lengths", "-o", "{folder}/lengths.svg"),
     ("plot", "life", "--code", "013", "-o", "{folder}/life.svg"),
     ("entropy",),

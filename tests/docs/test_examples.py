@@ -165,6 +165,6 @@ def test_the_measured_picture_has_the_current_methods(studio):
         kept = (text for text in pictures.texts(svg) if not re.search("mathdefault|p = ", text))
         return sorted(re.sub(r"\^\{-[0-9]+\}", "", text) for text in kept)  # how far it goes depends on p
 
-    console.Session(studio).command("orbitdb bench --p 3 --plot work.svg")
+    console.Session(studio).command("orbitdb bench --p 3 -o work.svg")
     kept = (pictures.PICTURES / "work-precision.svg").read_text(encoding="utf-8")
     assert said(kept) == said((studio / "work.svg").read_text(encoding="utf-8"))

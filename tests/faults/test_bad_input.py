@@ -18,9 +18,9 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.store.selection import Selection, SelectionError
 
 SELECTING = {
-    "--a": bad.NUMBERS, "--p": bad.PERIODS, "--status": bad.TEXTS, "--reversal": bad.TEXTS,
+    "--a": bad.NUMBERS, "--p": bad.PERIODS, "--status": bad.TEXTS, "--time-reversal": bad.TEXTS,
     "--symmetry": bad.TEXTS, "--contains": bad.CODES, "--without": bad.CODES, "--range": bad.RANGES,
-    "--where": bad.EXPRESSIONS, "-P": bad.PARAMETERS,
+    "--where": bad.EXPRESSIONS, "--parameter": bad.PARAMETERS,
 }  # fmt: skip
 QUERY = {"--code": bad.CODES, "--order": bad.ORDERS, "--limit": bad.INTEGERS, "--offset": bad.INTEGERS,
          "-c": bad.COLUMNS, "--format": bad.FORMATS}  # fmt: skip
@@ -111,8 +111,9 @@ def test_combinations_of_odd_values_do_no_harm(tried):
         tried(command, *arguments)
 
 
-TEXT_OPTIONS = ["--code", "--p", "--status", "--reversal", "--symmetry", "--contains", "--without", "--range",
-                "--where", "-P", "--order", "--limit", "-c", "--format", "--a"]  # fmt: skip
+TEXT_OPTIONS = ["--code", "--p", "--status", "--time-reversal", "--symmetry", "--contains", "--without",
+                "--range", "--where", "--parameter",
+                "--order", "--limit", "-c", "--format", "--a"]  # fmt: skip
 
 
 @pytest.mark.slow

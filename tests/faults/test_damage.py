@@ -20,7 +20,7 @@ COMMANDS = (
     ["info"],
     ["fill", "--p", "8"],
     ["fill", "--p", "5", "--a", "1"],
-    ["export", "--format", "csv", "--coordinates", "--p", "6"],
+    ["export", "--format", "csv", "-c", "+coordinates", "--p", "6"],
     ["verify"],
 )
 UNCHECKED = {

@@ -118,7 +118,7 @@ def test_a_fill_resumes_wherever_it_ran_out_of_room(filled, tmp_path, size):
 )
 def test_an_export_without_room_leaves_no_file(filled, disk, name):
     folder = disk(40)
-    fails(run("export", folder / name, "--coordinates", "--db", filled), "No space left")
+    fails(run("export", folder / name, "-c", "+coordinates", "--db", filled), "No space left")
     assert list(folder.iterdir()) == []
 
 

@@ -21,7 +21,7 @@ COMMANDS = {
     "verify-rigorous": ("verify", "--rigorous", "--db", AT_WORK),
     "verify-births": ("verify", "--births", "--restarts", "500", "--jobs", "2", "--db", AT_WORK),
     "verify-restarts": ("verify", "--restarts", "500", "--db", AT_WORK),
-    "export": ("export", "rows.parquet", "--coordinates", "--status", "all", "--db", AT_WORK),
+    "export": ("export", "rows.parquet", "-c", "+coordinates", "--status", "all", "--db", AT_WORK),
     "fill": ("fill", "--p", "15", "--jobs", "2", "--db", "new.db"),
     "sweep": ("sweep", "--p", "17", "--jobs", "2", "--db", "new.db"),
     "births": ("births", "--p", "13", "--jobs", "2", "--db", "new.db"),

@@ -194,7 +194,7 @@ BAD = {
     "a word of 1001 bounces is too long": ["field", "1^600 3^401", "--kappa", "0.1"],
     "--p does nothing with words: leave it out": ["field", "0123", "--p", "8", "--kappa", "0.1"],
     "--counts does nothing with words: leave it out": ["field", "0123", "--counts", "--kappa", "0.1"],
-    "counts are of whole periods": ["field", "--counts", "--reversal", "self", "--kappa", "0.1"],
+    "counts are of whole periods": ["field", "--counts", "--time-reversal", "self", "--kappa", "0.1"],
     "these periods have 8497721 words, more than 2000000": ["field", "--p", "2-15", "--kappa", "0.1"],
     "status geometric": ["field", "--p", "4", "--status", "all", "--kappa", "0.1"],
 }  # fmt: skip

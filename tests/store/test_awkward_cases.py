@@ -83,7 +83,7 @@ def test_zero_is_a_value(catalogue, words, cli, awkward):
         "2-8",
         "--where",
         "walls = :n",
-        "-P",
+        "--parameter",
         "n=0",
         "-c",
         "code",

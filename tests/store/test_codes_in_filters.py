@@ -154,7 +154,7 @@ def test_a_pruned_word_is_found_if_its_status_is_named(catalogue):
         ("contains(code, '0207')", r"contains\(..., '0207'\): .*symbol '7'"),
         ("contains(code)", "wrong number of arguments"),
         ("contains('0202', code)", r"the word first: write contains\(code, '0202'\)"),
-        ("code(:w)", "-P name=value"),
+        ("code(:w)", "--parameter name=value"),
         ("load_extension('evil') IS NULL", "it may not load extensions"),
     ],
 )
@@ -187,7 +187,7 @@ def test_sqlite_reads_expressions(catalogue, where, found):
 @pytest.mark.parametrize("where", ["code = 13", "code = 013", "code IN ('31')", "code = :w"])
 def test_codes_that_find_nothing_are_explained(cli, varied, where):
     """A number is not a code, and a rotation of a code is none; one sentence says so."""
-    values = ["-P", "w=+13"] if ":w" in where else []
+    values = ["--parameter", "w=+13"] if ":w" in where else []
     said = "codes are texts, each the least rotation of its word: write words with code(), such as code('31')"
     assert cli("query", "--where", where, *values, "--db", str(varied)).says(1, said)
     assert said not in cli("query", "--where", "p = 2 and length < 0", "--db", str(varied)).err

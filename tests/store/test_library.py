@@ -190,7 +190,7 @@ def test_data_frames_and_arrow_tables_equal_an_export(varied, catalogue, cli, tm
     from pyarrow import parquet
 
     subset = catalogue.select(p=3, status="orbit,geometric", coordinates=True)
-    chosen = ("--p", "3", "--status", "orbit,geometric", "--coordinates", "--db", str(varied))
+    chosen = ("--p", "3", "--status", "orbit,geometric", "-c", "+coordinates", "--db", str(varied))
     assert cli("export", str(tmp_path / "x.parquet"), *chosen).code == 0
     exported = parquet.read_table(tmp_path / "x.parquet")
     frame, table = subset.to_pandas(), subset.to_arrow()

@@ -149,7 +149,7 @@ def options(criteria):
     for name, option in (("exists", "--exists"), ("not_at", "--not-at")):
         listed += [(option, str(a)) for a in criteria.get(name, ())]
     listed += [("--without", pattern) for pattern in criteria.get("without", ())]
-    named = {"time_reversal": "--reversal"}
+    named = {"time_reversal": "--time-reversal"}
     plain = set(criteria) - {*spans, "exists", "not_at", "without"}
     listed += [(named.get(name, f"--{name}"), str(criteria[name])) for name in sorted(plain)]
     return [text for pair in listed for text in pair]
@@ -185,11 +185,9 @@ def as_written(value, name, form):
 def test_exported_files_agree_with_a_list(asked, tmp_path, form, criteria, order, limit, names):
     catalogue, rows = asked
     wanted = expected(rows, criteria, order, limit)
-    plain = tuple(name for name in names if name != "coordinates") or ("code",)
-    names = (*plain, "coordinates") if "coordinates" in names else plain
     target = tmp_path / f"orbits.{form}"
     arguments = ["export", str(target), "--db", str(catalogue.path), "--force", *options(criteria)]
-    arguments += ["--order", order, "-c", ",".join(plain), *["--coordinates"] * ("coordinates" in names)]
+    arguments += ["--order", order, "-c", ",".join(names)]
     arguments += [] if limit is None else ["--limit", str(limit)]
     with contextlib.redirect_stderr(io.StringIO()):
         assert execute(arguments) == (0 if wanted else 1)

@@ -43,7 +43,7 @@ def test_certified_radii_are_between_the_true_error_and_the_stored_bound(small, 
 
 
 def test_rows_at_every_a_get_certificates(small, cli):
-    assert cli("verify", "--rigorous", "--p", "6", "--reversal", "self").code == 0
+    assert cli("verify", "--rigorous", "--p", "6", "--time-reversal", "self").code == 0
     query = "SELECT a, count(*) FROM certificate JOIN stadium ON id = stadium GROUP BY a"
     assert ask(small, query) == [(1.0, 3), (1.6, 3)]
 

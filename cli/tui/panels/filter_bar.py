@@ -55,10 +55,12 @@ class View(NamedTuple):
         """Return the shell command that writes these rows."""
         words = ["orbitdb", "query", "--db", str(path)]
         for name, value in self._criteria().items():
-            option = "--reversal" if name == "time_reversal" else f"--{name.replace('_', '-')}"
+            option = f"--{name.replace('_', '-')}"
             match value:
                 case dict():
-                    words += [word for pair in value.items() for word in ("-P", "=".join(map(str, pair)))]
+                    words += [
+                        word for pair in value.items() for word in ("--parameter", "=".join(map(str, pair)))
+                    ]
                 case tuple():
                     low, high = ("" if bound is None else format_float(bound) for bound in value)
                     words += ["--range", f"{name}={low}:{high}"]
@@ -183,7 +185,7 @@ class FilterBar(Static, Working):
         return ""
 
     def filtered(self, where: str | None) -> Selection:
-        """Return the selection with another filter and the values of -P that this filter uses."""
+        """Return the selection with another filter and the values of --parameter that this filter uses."""
         used = bound_names(where or "")
         values_of_names = self._values | dict(self.selection.parameters)
         values = {name: value for name, value in values_of_names.items() if name in used}

@@ -223,7 +223,7 @@ async def test_the_total_is_the_subset_without_its_filter_and_advice_is_for_the_
             await typed(pilot, wrong)
             assert told(app)
             assert "orbitdb" not in told(app)
-            assert "-P" not in told(app)
+            assert "--parameter" not in told(app)
             assert wrong not in told(app)  # the line itself stands above
 
 
