@@ -53,15 +53,6 @@ class MainScreen(OwnScreen[None]):
     BINDINGS: ClassVar[list[BindingType]] = [
         *purpose(
             "move",
-            key("0", _to("rows", "digit(0)"), "go to", tooltip="a period or code", key_display="0 .. 9"),
-            *(key(digit, _to("rows", f"digit({digit})"), system=True) for digit in "123456789"),
-            key(
-                "backspace",
-                _to("rows", "take_back"),
-                "delete",
-                tooltip="the last digit",
-                key_display="backspace",
-            ),
             key("n", _to("table", "move(1)"), "next orbit"),
             key("p", _to("table", "move(-1)"), "previous orbit"),
             key("escape", "back", "back", tooltip="to the row"),
@@ -250,15 +241,11 @@ class MainScreen(OwnScreen[None]):
             self.side.ask_for(orbit.code)
 
     def on_paste(self, event: events.Paste) -> None:
-        """Go to a pasted period or code as if it were typed; look up a word in run notation."""
-        text = event.text.strip()
-        if text.isdecimal() and text.isascii():
-            self.rows.type(text)
-        else:
-            try:
-                self.side.ask_for(text)
-            except InputError as error:
-                self.notify(str(error), severity="warning")
+        """Look up a pasted word."""
+        try:
+            self.side.ask_for(event.text.strip())
+        except InputError as error:
+            self.notify(str(error), severity="warning")
 
     def _take_trying(self, trying: bool) -> None:
         """Note where the cursor is when a filter begins to be typed; remember the view when it is done."""
@@ -300,7 +287,7 @@ class MainScreen(OwnScreen[None]):
         self.whole = self.side.need() is not None
 
     def action_back(self, leave: bool = False) -> None:
-        """Go back one step: from the help, the facts, an orbit other than the row's, or typed digits."""
+        """Go back one step: from the help, the facts, or an orbit other than the row's."""
         row, orbit = self.rows.table.row, self.side.orbit
         if not leave and (keys := self.query(KeysPanel)):
             keys.remove()
@@ -308,8 +295,6 @@ class MainScreen(OwnScreen[None]):
             self.whole = False
         elif row is not None and (orbit is None or (orbit.code, orbit.a) != (row[0], self.side.home)):
             self.side.show_word(row[0], anew=True)
-        else:
-            self.rows.give_up_digits()
 
     def _take_orbit(self, orbit: Orbit | None) -> None:
         """Show the panels once there is an orbit; while all its facts are shown, name it in the subtitle."""

@@ -13,7 +13,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import DeletedError, InputError, StoreError
 from orbitdb.output_files import complete
-from orbitdb.store.select import Words, count, first_of_period, first_that_begins, position_of, rows_of
+from orbitdb.store.select import Words, count, position_of, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
@@ -119,21 +119,10 @@ class Pages:
 
     def position(self, word: str) -> int | None:
         """Return the index of the row of a word, given as its least rotation, or None."""
-        return self._find(position_of, word)
-
-    def first_of_period(self, p: int) -> int | None:
-        """Return the index of the first row of a period, or None."""
-        return self._find(first_of_period, p)
-
-    def first_that_begins(self, symbols: str) -> int | None:
-        """Return the index of the first row whose code begins with the given symbols, or None."""
-        return self._find(first_that_begins, symbols)
-
-    def _find(self, find: Callable[..., int | None], wanted: object) -> int | None:
         if self.catalogue is None:
             return None
         with self.catalogue.snapshot() as connection:
-            return find(connection, self.chosen, wanted)
+            return position_of(connection, self.chosen, word)
 
 
 NONE = Pages(None, Words(Selection()), USUAL)

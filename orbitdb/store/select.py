@@ -288,26 +288,12 @@ def in_list(column: ColumnElement[int], ids: Integers) -> ColumnElement[bool]:
 
 def position_of(connection: sa.Connection, words: Words, word: str) -> int | None:
     """Return the row number of a code in the subset, or None if it is not there."""
-    return _first(connection, words, lambda rows: rows.c.code == word)
-
-
-def first_of_period(connection: sa.Connection, words: Words, p: int) -> int | None:
-    """Return the number of the first row of a period, or None."""
-    return _first(connection, words, lambda rows: rows.c.p == p)
-
-
-def first_that_begins(connection: sa.Connection, words: Words, symbols: str) -> int | None:
-    """Return the number of the first row whose code begins with the given symbols, or None."""
-    return _first(connection, words, lambda rows: rows.c.code.startswith(symbols))
-
-
-def _first(connection: sa.Connection, words: Words, wanted: Any) -> int | None:
     rows = words.rows(())
     number = func.row_number().over(order_by=words.sorting(connection, rows)).label("number")
     numbered = select(number, rows).subquery()
     with _answering(connection, words.selection):
-        first = connection.scalar(select(func.min(numbered.c.number)).where(wanted(numbered)))
-    return None if first is None else int(first) - 1
+        place = connection.scalar(select(numbered.c.number).where(numbered.c.code == word))
+    return None if place is None else int(place) - 1
 
 
 # conditions and orders as SQL

@@ -7,7 +7,7 @@ from contents import alter
 
 from orbitdb import Catalogue, Selection
 from orbitdb.store.file import reading
-from orbitdb.store.select import Words, first_of_period, first_that_begins, position_of, rows_of
+from orbitdb.store.select import Words, position_of, rows_of
 from orbitdb.verification.verify import PROMISES
 
 
@@ -20,10 +20,6 @@ def test_the_place_of_a_word_is_that_of_its_row(awkward_once, order, criteria):
         codes = [code for (code,) in rows_of(connection, subset, ("code",))]
         for place in range(0, len(codes), 37):
             assert position_of(connection, subset, codes[place]) == place
-        of_period = next(place for place, code in enumerate(codes) if len(code) == 5)
-        assert first_of_period(connection, subset, 5) == of_period
-        beginning = next(place for place, code in enumerate(codes) if code.startswith("13"))
-        assert first_that_begins(connection, subset, "13") == beginning
         assert position_of(connection, subset, "13") is None
 
 

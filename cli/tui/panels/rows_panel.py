@@ -13,9 +13,8 @@ from textual.widgets import Static
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.advice import completed
 from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog
-from orbitdb.cli.tui.panels.jumps import Jumps
 from orbitdb.cli.tui.panels.paged_table import PagedTable
-from orbitdb.cli.tui.screens import in_shell
+from orbitdb.cli.tui.screens import Working, in_shell
 from orbitdb.cli.tui.stored import NONE, SHOWABLE, USUAL, Kept, Ordering, Pages, known_columns, stamp_of
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import Status
@@ -31,7 +30,7 @@ _SHOWN = 12
 """Maximum number of symbols shown for a word that has no row."""
 
 
-class RowsPanel(Vertical, Jumps):
+class RowsPanel(Vertical, Working):
     """The panel that reads and shows the rows of a subset in some order.
 
     `total` is the number of rows without the filter; it is None until they are counted. `word` is set to the
@@ -112,8 +111,6 @@ class RowsPanel(Vertical, Jumps):
         unfiltered = replace(selection, where=None, parameters={})
         counted = unfiltered, stamp_of(catalogue.path)
         total = self.total if self._counted == counted else None
-        if selection != self._asked:
-            self.forget_digits()
         fields = tuple(dict.fromkeys((*self.columns, "status", ordering.column)))
         self._asked = selection
         self.report = self.border_title = _AT_WORK[ordering != self.table.ordering]
@@ -173,7 +170,7 @@ class RowsPanel(Vertical, Jumps):
         return None if row is not None and row[0] == word else word
 
     def take(self, rows: Pages) -> None:
-        """Show new rows, and look up digits that were typed before they arrived.
+        """Show new rows.
 
         If the wanted word or the current orbit now has a row, the cursor goes to it. Otherwise the cursor
         stays on its word, if that is among the rows and not at the top, and an orbit without a row stays.
@@ -185,7 +182,6 @@ class RowsPanel(Vertical, Jumps):
         if alone is None or place is not None:
             self._show_word()
         self.say_place()
-        self.go_on()
 
     def _show(self, rows: Pages, cursor: int = 0) -> None:
         self.table.show(rows, cursor)
@@ -233,7 +229,7 @@ class RowsPanel(Vertical, Jumps):
         if orbit is not None and self.alone:
             code = orbit.code if orbit.p <= _SHOWN else f"{orbit.code[:_SHOWN]}…"
             place = f"{code} {'has no row here' if orbit.stored else 'is not stored'}"
-        self.border_subtitle = " │ ".join(filter(None, (self.note, place)))
+        self.border_subtitle = place
 
 
 def _with_key(gap: str) -> str:

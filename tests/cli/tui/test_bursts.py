@@ -19,7 +19,7 @@ DIALOGS = ["s", "a", "E", "e", "/", "c", "C", "O", "f", "?", "S", "d", "ds", "\r
 """Keys that open a dialog or a screen; ctrl+p is tried in all four ways."""
 
 KEYS = [
-    *"sSaEe/cCOf?dv=urRoTXYjkhlgGJKxwtn <>,.[]*'0123451",
+    *"sSaEe/cCOf?dv=urRoTXYjkhlgGJKxwtn <>,.[]*'",
     *("\r", "\r", "\r", "\x1b", "\x1b", "\t", "\x7f", "\x1b[A", "\x1b[B", "\x1b[6~", "\x10", "\x12"),
 ]
 

@@ -5,7 +5,7 @@ import sys
 from functools import partial
 
 import pytest
-from screens import ask, browsing, press, row_of, settle, shown, table_of, until
+from screens import ask, browsing, press, settle, shown, table_of, until
 from textual.widgets import OptionList
 from there import there
 
@@ -14,11 +14,10 @@ from orbitdb.cli.tui import statistics_screen as statistics
 from orbitdb.cli.tui.counts_screen import CountsScreen
 from orbitdb.cli.tui.export import save_orbit, write_rows
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.panels import jumps
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics_screen import StatisticsScreen
-from orbitdb.cli.tui.stored import NONE, Kept, Ordering
+from orbitdb.cli.tui.stored import Kept, Ordering
 from orbitdb.orbits.solve import solve_word
 from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
@@ -98,22 +97,6 @@ async def test_choices_that_cannot_be_saved_are_reported(filled_once, tmp_path):
         assert failed == f"{state} cannot be read (Is a directory)"
         assert marked.startswith("marked 13, 1 in all")
         assert main.rows.marked == {"13"}  # for this session
-
-
-@pytest.mark.slow
-async def test_digits_typed_while_rows_are_read_take_effect_afterwards(filled, monkeypatch):
-    monkeypatch.setattr(jumps, "PAUSE", float("inf"))
-    async with browsing(filled) as (app, pilot):
-        main, table = app.screen, table_of(app)
-        # digits typed while rows are still being read take effect afterwards
-        await press(pilot, "g")
-        pages = table.source
-        table.show(NONE)
-        main.rows.type("8")
-        assert (table.cursor, main.rows.note) == (0, "8 …")
-        main.rows.take(pages)
-        await settle(pilot)
-        assert (len(row_of(app)[0]), main.rows.note) == (8, "period 8")
 
 
 @pytest.mark.slow

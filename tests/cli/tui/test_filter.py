@@ -227,19 +227,6 @@ async def test_the_total_is_the_subset_without_its_filter_and_advice_is_for_the_
             assert wrong not in told(app)  # the line itself stands above
 
 
-@pytest.mark.slow
-async def test_the_note_on_typed_digits_goes_with_their_rows(filled_once):
-    async with browsing(filled_once) as (app, pilot):
-        await ask(pilot, "slash", "length < 1")
-        await press(pilot, "1", "2")
-        assert "no code 12" in shown(app)
-        await ask(pilot, "slash", "length < 11")
-        assert "no code 12" not in shown(app)
-        assert "1 of 5" in shown(app)
-        await press(pilot, "3")
-        assert "period 3" in shown(app)
-
-
 async def test_a_view_without_rows_says_so(filled_once):
     async with browsing(filled_once, selection=Selection(statuses=(Status.BOUNDARY,))) as (app, _):
         assert "no orbits through a joint" in shown(app)

@@ -75,10 +75,8 @@ async def test_the_orbit_is_followed_while_the_rows_stay(varied):
         await press(pilot, "escape")
         assert (side.orbit.a, side.orbit.stored) == (1.6, True)
         before = row_of(app)[0]
-        await press(pilot, "5", "less_than_sign", "escape")  # the last step is undone first
-        assert (side.orbit.code, side.orbit.a) == (row_of(app)[0], 1.6) != (before, 1.6)
-        await press(pilot, "escape")
-        assert row_of(app)[0] == before
+        await press(pilot, "less_than_sign", "escape")
+        assert (side.orbit.code, side.orbit.a) == (row_of(app)[0], 1.6) == (before, 1.6)
         await press(pilot, "less_than_sign", "j")  # another word is shown as it is stored
         assert (side.orbit.code, side.orbit.a) == (row_of(app)[0], 1.6)
         await press(pilot, "less_than_sign", "greater_than_sign")

@@ -5,18 +5,16 @@ import random
 import model
 import pytest
 from contents import alter
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 from questions import CRITERIA, KEYS, NAMES, expected, make_catalogue_to_ask
 from textual.app import App, ComposeResult
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
-from orbitdb.cli.tui.panels.jumps import place_of
 from orbitdb.cli.tui.panels.paged_table import PagedTable, width_of
 from orbitdb.cli.tui.stored import SHOWABLE, USUAL, Ordering, Pages
 from orbitdb.errors import StoreError
-from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import CancelledError
 
@@ -24,9 +22,6 @@ NATURAL = Ordering()
 SHOWN = ("code", "p", "length", "status", "symmetry", "representative", "element", "maslov")
 ORDERINGS = st.builds(Ordering, KEYS, st.booleans())
 PLACES = st.lists(st.floats(0, 1, exclude_max=True), max_size=6)
-TYPED = st.text("012345", min_size=1, max_size=6) | st.sampled_from(
-    ["22", "26", "4", "99", "1" * 20, "0" * 25]
-)
 
 
 @pytest.fixture(scope="module")
@@ -60,21 +55,6 @@ def test_pages_agree_with_a_list_and_find_words(asked, criteria, ordering, names
     others = sorted({row["code"] for row in rows} - {row["code"] for row in wanted})
     for word in (*others[:: len(others) // 5 + 1], "1" * 30 + "3"):
         assert pages.position(word) is None
-
-
-@pytest.mark.slow
-@given(criteria=CRITERIA, ordering=ORDERINGS, typed=TYPED)
-@example({"status": "all"}, Ordering("code", True), "22")
-@example({"status": "all"}, NATURAL, "02")
-@example({}, Ordering("length"), "31")
-def test_digits_find_the_first_match(asked, criteria, ordering, typed):
-    catalogue, rows = asked
-    words = [row["code"] for row in expected(rows, criteria, str(ordering))]
-    period = len(typed) <= 2 and typed[0] != "0" and [word for word in words if len(word) == int(typed)]
-    turned = [word for word in words if len(word) == len(typed) and typed in 2 * word]
-    fits = period or turned or [word for word in words if word.startswith(typed)]
-    place, _ = place_of(pages_of(catalogue, Selection.from_criteria(**criteria), ordering), typed, never)
-    assert (None if place is None else words[place]) == (fits[0] if fits else None)
 
 
 def test_reading_can_be_cancelled(catalogue):
