@@ -67,7 +67,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.orbits.orbits import Orbits as Orbits
     from orbitdb.orbits.status import Status as Status
     from orbitdb.quantum.missing_levels import Assessment as Assessment
-    from orbitdb.quantum.levels import Levels as Levels, levels as levels
+    from orbitdb.quantum.exact_levels import Levels as Levels, levels as levels
     from orbitdb.quantum.length_spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
     from orbitdb.store.selection import Selection as Selection
@@ -112,7 +112,7 @@ _HOMES = {
     "orbits.orbits": ("Orbits",),
     "orbits.status": ("Status",),
     "quantum.missing_levels": ("Assessment",),
-    "quantum.levels": ("Levels", "levels"),
+    "quantum.exact_levels": ("Levels", "levels"),
     "quantum.length_spectrum": ("Spectrum",),
     "quantum.waves": ("Wave", "waves"),
     "store.selection": ("Selection",),

@@ -58,8 +58,8 @@ if TYPE_CHECKING:
     from orbitdb.filling.estimate import Need
     from orbitdb.filling.workers import Workers
     from orbitdb.orbits.exponents import OrbitClasses
+    from orbitdb.quantum.exact_levels import Levels
     from orbitdb.quantum.length_spectrum import Spectrum
-    from orbitdb.quantum.levels import Levels
     from orbitdb.quantum.missing_levels import Assessment
     from orbitdb.quantum.weyl import Parity
     from orbitdb.store.file import Migration
@@ -1256,9 +1256,9 @@ class Catalogue:
         store : bool, optional
             Whether to store the levels; if not, stored ones are computed again.
         """
-        from orbitdb.answers.levels import notes_on_windows
-        from orbitdb.filling.levels import find_levels
-        from orbitdb.quantum.levels import Levels
+        from orbitdb.answers.stadium_levels import notes_on_windows
+        from orbitdb.filling.find_levels import find_levels
+        from orbitdb.quantum.exact_levels import Levels
         from orbitdb.quantum.weyl import parities_of
 
         at, (low, high) = Stadium(self._at(a)), (0.0, low) if high is None else (low, high)
@@ -1295,7 +1295,7 @@ class Catalogue:
         parity : str, optional
             ``ee``, ``eo``, ``oe`` or ``oo``; by default the levels of all parities together.
         """
-        from orbitdb.answers.levels import read_spectrum
+        from orbitdb.answers.level_lists import read_spectrum
 
         with self._reading() as connection:
             return read_spectrum(connection, self._at(a), lengths, points, k_max, levels, parity)
@@ -1321,7 +1321,7 @@ class Catalogue:
             ``elements`` for the levels that `fill_levels` stored; ``orbits`` for levels from N_X(k), with
             errors that hold for nine levels out of ten (`orbitdb.quantum.levels_from_orbits`).
         """
-        from orbitdb.answers.levels import levels_from_orbits, levels_from_zero
+        from orbitdb.answers.stadium_levels import levels_from_orbits, levels_from_zero
         from orbitdb.quantum.weyl import parities_of
 
         if method not in ("elements", "orbits"):
@@ -1362,7 +1362,7 @@ class Catalogue:
         noise : float, optional
             Scatter of the levels, in mean spacings.
         """
-        from orbitdb.answers.levels import assess_levels
+        from orbitdb.answers.level_lists import assess_levels
 
         with self._reading() as connection:
             how = fit_radius, window, radius_error, noise
@@ -1384,7 +1384,8 @@ class Catalogue:
         parity : str, optional
             ``ee``, ``eo``, ``oe`` or ``oo``; by default the stored levels of all four.
         """
-        from orbitdb.answers.levels import level_statistics, levels_from_zero
+        from orbitdb.answers.level_lists import level_statistics
+        from orbitdb.answers.stadium_levels import levels_from_zero
         from orbitdb.quantum.weyl import check_levels, parities_of
 
         at = self._at(a)
@@ -1396,7 +1397,7 @@ class Catalogue:
 
     def stored_counterparts(self, levels: "Levels") -> list[float | None]:
         """Return, for each level from orbits, the stored level with the same number, or None."""
-        from orbitdb.answers.levels import stored_counterparts
+        from orbitdb.answers.stadium_levels import stored_counterparts
 
         with self._reading() as connection:
             return stored_counterparts(connection, levels)

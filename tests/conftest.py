@@ -185,7 +185,7 @@ def exact_once(made_once: Callable[..., Path]) -> "NDArray[np.float64]":
     """All levels of parity oo below k = 16 at a = 1.6."""
     import numpy as np
 
-    from orbitdb.quantum.levels import levels
+    from orbitdb.quantum.exact_levels import levels
 
     return np.loadtxt(made_once("exact", lambda path: np.savetxt(path, levels(1.6, 16.0, parities=["oo"]).k)))
 

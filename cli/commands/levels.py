@@ -15,7 +15,7 @@ from orbitdb.errors import InputError
 from orbitdb.text import several
 
 if TYPE_CHECKING:
-    from orbitdb.quantum.levels import Levels
+    from orbitdb.quantum.exact_levels import Levels
 
 EXAMPLES = (
     "levels --k 0:30",
@@ -69,7 +69,7 @@ def _from_elements(
     """Find levels with spectral elements, save them if a catalogue is given, and return their number."""
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
-    from orbitdb.quantum.levels import windows
+    from orbitdb.quantum.exact_levels import windows
     from orbitdb.quantum.weyl import parities_of
 
     low, high = read_range("--k", k)

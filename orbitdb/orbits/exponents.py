@@ -135,6 +135,8 @@ class OrbitClasses(Batch):
         (`orbitdb.symbols.words.key`), unless that is too long.
     symmetry, representative : ndarray of str or object, shape (N,), or None
         Symmetry labels (`orbitdb.symbols.symmetry.STABILISER_OF`), and least words.
+    joints : ndarray of int, shape (N,), or None
+        Number of bounces exactly at a joint of wall and semicircle; 0 for all if None.
 
     Raises
     ------
@@ -152,6 +154,7 @@ class OrbitClasses(Batch):
     number: Integers | None = None
     symmetry: NDArray[Any] | None = None
     representative: NDArray[Any] | None = None
+    joints: Integers | None = None
 
     def __post_init__(self) -> None:
         columns: tuple[NDArray[Any], ...] = (self.p, self.words, self.length, self.lyapunov, self.walls)

@@ -93,9 +93,8 @@ def _name(ax: Axes, gap: "Gap", assessment: "Assessment", k: Floats, height: Flo
         float(height[max(np.searchsorted(k, edge, "right") - 1, 0)]) for edge in (low, min(high, k[-1]))
     )
     rising = end >= start
-    text = ", ".join(f"{count:+d}" for count in (gap.missing, -gap.spurious) if count)
     ax.annotate(
-        f"{text} at {at:.2f}",
+        f"{gap.counts()} at {at:.2f}",
         (inside.min(initial=at) if rising else inside.max(initial=at), min(start, end) + 0.5),
         xytext=(-2 if rising else 2, 0),
         textcoords="offset points",

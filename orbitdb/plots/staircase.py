@@ -6,18 +6,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.polynomial import Polynomial
 
-from orbitdb.answers.levels import orbits_for, read_orbits
+from orbitdb.answers.stadium_levels import orbits_for, read_orbits
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.plots.style import BLUE, GREEN, INK, ORANGE, Picture, figure
-from orbitdb.quantum.trace_formula import family_count
+from orbitdb.quantum.bouncing_balls import family_count
 from orbitdb.quantum.weyl import Parity, check_levels, weyl
 from orbitdb.store.selection import Selection
 from orbitdb.text import format_float
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
-    from orbitdb.quantum.levels import Levels
+    from orbitdb.quantum.exact_levels import Levels
 
 _LONGEST = 12.0
 """Length up to which bouncing balls count."""

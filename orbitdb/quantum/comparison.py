@@ -10,21 +10,23 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from orbitdb.arrays import Floats, Integers
-from orbitdb.quantum.level_paths import BACK, Data, Steps
-from orbitdb.quantum.spacing_laws import MIXED, SpacingLaw
-from orbitdb.quantum.staircase_errors import Gaps, covariance_of_gaps, whitening
+from orbitdb.quantum.level_paths import BACK, Data, Steps, detail
+from orbitdb.quantum.spacing_laws import SpacingLaw
+from orbitdb.quantum.staircase_errors import ErrorOfOrbits, Gaps, covariance_of_gaps, whitening
 
 CUTOFF = 10.0
 """Cutoff X of the staircase, in units of the radius; a longer one does not help."""
 
 _STEP = 1 / CUTOFF
 _BEYOND = 5.0
-"""Distance beyond the ends of the list, in units of 1/X, over which levels are assumed to go on evenly."""
+"""Distance beyond the ends of the list, in units of 1/X, over which levels go on as the orbits say."""
+_FINE, _TINY = 200, 1e-9
+"""Number of points between an end and this distance at which the orbits are asked, and a least rise."""
 _LOST, _GOES_ON = 0.004, 0.9
 """Probability that a whole block of levels was lost, and that such a block goes on at each level."""
 _IMPROBABLE = 18.0
 """Steps less probable than the best one by this much in ln P are not tried."""
-_WIDE, _NEGLIGIBLE = 1.2, 2e-3
+_WIDE, _NEGLIGIBLE = 0.8, 2e-3
 """Least width of gaps, in mean spacings, and least probability, for which missing levels add errors."""
 _ORDERS = 24
 """How many numbers of missing levels are tried for each gap."""
@@ -54,10 +56,8 @@ class Comparison:
         Number of levels below k according to the orbits, with the cutoff `CUTOFF`.
     smooth : Polynomial
         Weyl's law.
-    perimeter : float
-        Of the whole stadium.
-    mixed : bool
-        Whether the list has levels of all parities.
+    error : ErrorOfOrbits
+        What the error of the orbits depends on.
     window : bool
         Whether the list may begin with any level.
     noise : float
@@ -69,35 +69,44 @@ class Comparison:
         k: Floats,
         count: Callable[[Floats], Floats],
         smooth: Polynomial,
-        perimeter: float,
-        mixed: bool,
+        error: ErrorOfOrbits,
         window: bool,
         noise: float,
     ) -> None:
-        self.k, self.smooth, self.perimeter = k, smooth, perimeter
-        self.mixed, self.window, self.noise = mixed, window, noise
-        self.count = count
+        self.k, self.count, self.smooth, self.error = k, count, smooth, error
+        self.window, self.noise = window, noise
         low = k[0] - _STEP if window else max(k[0] - _STEP, _STEP / 2)
         self.grid = low + _STEP * np.arange(math.ceil((k[-1] - low) / _STEP) + 2)
-        self.law = SpacingLaw(MIXED if mixed else 1, noise)
+        self.law = SpacingLaw(error.parts, noise)
         self.difference = self.excess(self.grid)
 
     def density(self, k: Floats) -> Floats:
         """Return the mean density of levels."""
         return np.asarray(np.maximum(self.smooth.deriv()(k), _LEAST_DENSITY))
 
+    @property
+    def crowded(self) -> Floats:
+        """Number of levels within 1/X, the resolution of the orbits, at each level, shape (n,)."""
+        return self.density(self.k) / CUTOFF
+
     def excess(self, k: Floats, scale: float = 1.0) -> Floats:
         """Return the number of levels below k according to the orbits, minus the smoothed number in the list.
 
         `scale` multiplies k and the levels of the list.
         """
-        levels = self.k
-        spacing, far = 1 / self.density(levels[[0, -1]]), _BEYOND / CUTOFF
-        above = np.arange(levels[-1] + spacing[1], levels[-1] + far, spacing[1])
-        low = max(levels[0] - far, 0.0) if self.window else levels[0]
-        below = np.arange(levels[0] - spacing[0], low, -spacing[0])[::-1]
-        own = smoothed(k, np.concatenate([below, levels, above]), CUTOFF * scale) - len(below)
+        first, last, far = self.k[0], self.k[-1], _BEYOND / CUTOFF
+        low = max(first - far, 0.0) if self.window else first
+        below, above = self._beyond(first, low, scale)[::-1], self._beyond(last, last + far, scale)
+        own = smoothed(k, np.concatenate([below, self.k, above]), CUTOFF * scale) - len(below)
         return np.asarray(self.count(k * scale) - own)
+
+    def _beyond(self, end: float, far: float, scale: float) -> Floats:
+        """Return where levels go on beyond an end of the list: where the orbits have counted one more."""
+        k = np.linspace(end, far, _FINE)
+        counted = self.count(k * scale)
+        more = np.maximum.accumulate(counted - counted[0] if far > end else counted[0] - counted)
+        rising = more + _TINY * np.arange(_FINE)
+        return np.interp(np.arange(1, math.floor(more[-1]) + 1), rising, k)
 
     def part(self, count: int) -> "Comparison":
         """Return the comparison of the first levels of the list."""
@@ -112,7 +121,7 @@ class Comparison:
         return self._of(self.k * scale, self.window)
 
     def _of(self, k: Floats, window: bool) -> "Comparison":
-        return Comparison(k, self.count, self.smooth, self.perimeter, self.mixed, window, self.noise)
+        return Comparison(k, self.count, self.smooth, self.error, window, self.noise)
 
     def firsts(self, difference: Floats) -> Integers:
         """Return the numbers of levels that may be missing below the list, as far as steps do not tell.
@@ -121,7 +130,7 @@ class Comparison:
         """
         if not self.window:
             return np.zeros(1, np.int64)
-        reach = _FIRSTS_MIXED if self.mixed else _FIRSTS
+        reach = _FIRSTS_MIXED if self.error.mixed else _FIRSTS
         middle = max(round(float(np.median(difference[1:4]))), 0)
         return np.arange(max(middle - reach, 0), middle + reach + 1)
 
@@ -167,17 +176,18 @@ class Comparison:
         variances = self.law.variances(int(steps.missing[some].max(initial=1)) + 1)
         gaps = Gaps(steps.low[some], high[some], steps.missing[some], share[some])
         ends = (float(self.k[0]) if self.window else None, float(self.k[-1]))
+        fine = detail(float(self.crowded[len(self.k) // 2]))
         white = whitening(
             self.grid,
-            CUTOFF,
-            self.perimeter,
-            self.mixed,
+            self.error,
             ends,
             self.density(self.grid),
             covariance_of_gaps(self.grid, CUTOFF, gaps, variances),
             self.noise,
+            fine.same,
+            fine.memory,
         )
-        return Data(self.k, self.grid, self.difference, CUTOFF, white, tau2)
+        return Data(self.k, self.grid, self.difference, CUTOFF, white, tau2, fine)
 
     def residual(self, steps: Steps, drawn: NDArray[np.int32], first: int) -> Floats:
         """Return what is left of the difference on a path, shape (G,)."""

@@ -1,27 +1,37 @@
 """What follows for a list: the number of its first level, and where levels are missing or spurious.
 
 The number of levels missing between two neighbours is certain enough if it has a probability of 0.9. Where it
-is less certain, because one may be missing here or there, neighbouring gaps are taken together.
+is less certain, because one may be missing here or there, neighbouring gaps are taken together. In a crowded
+list (`orbitdb.quantum.level_paths.CROWDED`) no gap can be named: a range has as many levels as the orbits
+resolve, and what is known is how many more are missing than spurious in it.
 """
 
+import math
 from collections import Counter
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Integers
 from orbitdb.quantum.judging import Judgement
-from orbitdb.quantum.level_paths import BACK
+from orbitdb.quantum.level_paths import BACK, CROWDED
 
 _CERTAIN = 0.9
-_TEMPER = 0.75
-"""Power of the probabilities: those of the model are a little too certain."""
+_TEMPER, _LESS = 0.75, 2.5
+"""Power of the probabilities of gaps: those of the model are a little too certain. Those of the first number
+of a crowded list have a power less than 1 by the second number times the rate of missing levels, because the
+search is less exact there. tests/benchmarks/bench_levels.py shows what they are without."""
 _MOST, _MOST_MIXED = 0.999, 0.98
 """Largest probability that is stated, because 300 paths tell no more; and for gaps in lists of all parities,
 because in tests the model was surer of 123 such gaps and right about 113."""
 _NEGLIGIBLE = 0.005
+_ACTIVE = 0.5
+"""Probability that levels of a crowded list are missing or spurious here, above which a row says so."""
+_LARGE = 6
+"""Ranges in a crowded list are cut beyond this many times the number of levels that the orbits resolve."""
 _TRIED = 100
 """Number of paths whose missing levels are compared."""
 
@@ -46,31 +56,42 @@ class Gap(NamedTuple):
     levels : int
         Number of levels of the list between the two: it is in doubt next to which of them levels are missing,
         or which of them are spurious.
-    missing, spurious : int
-        Number of missing levels, and of spurious or duplicate levels, between the two.
+    missing : int
+        Number of missing levels between the two; in a crowded list, less the spurious ones.
+    spurious : int or None
+        Number of spurious or duplicate levels between the two; None in a crowded list, where it is not known.
     probability : float
         Probability that both numbers are right.
     gaps : list of LevelGap
-        The single gaps between the two.
+        The single gaps between the two; none in a crowded list.
     """
 
     after: float | None
     before: float | None
     levels: int
     missing: int
-    spurious: int
+    spurious: int | None
     probability: float
     gaps: list[LevelGap]
 
     def place(self) -> str:
         """Describe where the gap is, for example ``12.65 to 12.99``."""
+        digits = 4 if self.spurious is not None else 6
         if self.before is None:
-            return f"after {self.after:.4g}"
-        return f"below {self.before:.4g}" if self.after is None else f"{self.after:.4g} to {self.before:.4g}"
+            where = f"after {self.after:.{digits}g}"
+        elif self.after is None:
+            where = f"below {self.before:.{digits}g}"
+        else:
+            where = f"{self.after:.{digits}g} to {self.before:.{digits}g}"
+        return where if self.spurious is not None else f"{self.counts()} among the {self.levels} {where}"
+
+    def counts(self) -> str:
+        """Return how many levels are missing and spurious, for example ``+2, -1``."""
+        return ", ".join(f"{count:+d}" for count in (self.missing, -(self.spurious or 0)) if count)
 
 
 @dataclass(frozen=True)
-class Ranges:
+class Conclusions:
     """The most probable numbers of a list.
 
     Attributes
@@ -85,8 +106,8 @@ class Ranges:
         Probability of this number.
     first, first_probability : int, float
         True number of the first true level, and its probability.
-    missing : ndarray of int, shape (paths,)
-        Number of missing levels in each of the paths.
+    missing, spurious : ndarray of int, shape (paths,)
+        Number of missing and of spurious levels in each of the paths.
     whole : float
         Probability that the list neither lacks a level nor has a spurious one.
     """
@@ -98,6 +119,7 @@ class Ranges:
     first: int
     first_probability: float
     missing: Integers
+    spurious: Integers
     whole: float
 
 
@@ -113,71 +135,105 @@ class _Paths:
         place = np.arange(1, len(self.k) + 1, dtype=np.int32)[:, None]
         self.number = np.where(self.spurious, 0, place + net)
 
+    def __len__(self) -> int:
+        return self.missing.shape[1]
+
     def end(self, i: int) -> float | None:
         """Return the i-th level; None for -1 and n, beyond the ends."""
         return float(self.k[i]) if 0 <= i < len(self.k) else None
 
-    def places(self, low: int, high: int, paths: list[int]) -> Floats:
-        """Return the places of the levels missing before the levels from `low` to `high`, one row a path.
+    def places(self, rows: slice, paths: Sequence[int]) -> Floats:
+        """Return the places of the levels missing before the levels in `rows`, one row a path.
 
         The paths must have the same number of missing levels there.
         """
-        m = self.missing[low:high, paths].T.ravel()
-        below = self.low[low:high, paths].T.ravel()
-        above = np.tile(self.k[low:high], len(paths))
+        m = self.missing[rows, paths].T.ravel()
+        below = self.low[rows, paths].T.ravel()
+        above = np.tile(self.k[rows], len(paths))
         j = np.arange(m.sum()) - np.repeat(np.cumsum(m) - m, m) + 1
         found = np.repeat(below, m) + np.repeat((above - below) / (m + 1), m) * j
         return np.asarray(found.reshape(len(paths), -1))
 
 
-def ranges(judged: Judgement) -> Ranges:
+class _Range(NamedTuple):
+    """A range of gaps: what is missing and spurious on its most probable path, and what is said of it."""
+
+    rows: slice
+    between: slice
+    missing: Integers
+    spurious: NDArray[np.bool_]
+    places: Floats
+    gap: Gap | None
+
+
+def conclude(judged: Judgement) -> Conclusions:
     """Return the places where levels are missing or spurious, and the most probable numbers."""
     paths, n = _Paths(judged), len(judged.compared.k)
-    most = _MOST_MIXED if judged.compared.mixed else _MOST
-    every = np.arange(n)
+    crowded = judged.compared.crowded
+    clear = int(np.searchsorted(crowded, CROWDED))  # the density increases with k
+    most = _MOST_MIXED if judged.compared.error.mixed else _MOST
+    found = [_range(paths, low, high, most, named=True) for low, high in _doubtful(judged, clear)]
+    found += [_range(paths, low, high, most, named=False) for low, high in _cells(paths, crowded, clear)]
     missing, spurious = np.zeros(n, np.int64), np.zeros(n, bool)
-    gaps, found = [], []
-    for low, high in _doubtful(judged):
-        # the gap before level i belongs to level i; levels from low to high - 2 lie between the two ends
-        rows = slice(low, min(high, n))
-        between = slice(low, high - 1)
-        totals = list(
-            zip(
-                paths.missing[rows].sum(axis=0).tolist(),
-                paths.spurious[between].sum(axis=0).tolist(),
-                strict=True,
-            )
-        )
-        chances = _tempered(Counter(totals), most)
-        total = next(iter(chances))
-        with_it = [path for path, each in enumerate(totals) if each == total]
-        places = paths.places(low, min(high, n), with_it[:_TRIED])
-        off = np.abs(places - np.median(places, axis=0)).sum(axis=1)
-        best = with_it[int(off.argmin())]
-        missing[rows], spurious[between] = paths.missing[rows, best], paths.spurious[between, best]
-        if any(total):
-            found.append(np.median(places, axis=0))
-            single = [_single(paths, i, most) for i in range(low, min(high, n))]
-            gaps.append(
-                Gap(paths.end(low - 1), paths.end(high - 1), high - 1 - low, *total, chances[total], single)
-            )
-    firsts = _tempered(Counter(_firsts(paths.number).tolist()), _MOST, 1.0)
+    for each in found:
+        missing[each.rows], spurious[each.between] = each.missing, each.spurious
+    firsts = _tempered(Counter(_firsts(paths.number).tolist()), _MOST, _power(judged))
     first = next(iter(firsts))
+    number = np.where(spurious, 0, np.arange(n) + np.cumsum(missing) - np.cumsum(spurious))
     true = np.flatnonzero(~spurious)
-    number = np.where(spurious, 0, every + np.cumsum(missing) - np.cumsum(spurious))
     if len(true):
         number[true] += first - number[true[0]]
     whole = ~(paths.missing.any(axis=0) | paths.spurious.any(axis=0))
-    return Ranges(
-        gaps,
-        np.concatenate([*found, np.empty(0)]),
-        number,
-        np.minimum((paths.number == number[:, None]).mean(axis=1), _MOST),
-        first,
-        firsts[first],
-        paths.missing.sum(axis=0),
-        min(float(whole.mean()), _MOST),
+    return Conclusions(
+        gaps=[each.gap for each in found if each.gap is not None],
+        places=np.concatenate([*(each.places for each in found), np.empty(0)]),
+        number=number,
+        probability=np.minimum((paths.number == number[:, None]).mean(axis=1), _MOST),
+        first=first,
+        first_probability=firsts[first],
+        missing=paths.missing.sum(axis=0),
+        spurious=paths.spurious.sum(axis=0),
+        whole=min(float(whole.mean()), _MOST),
     )
+
+
+def _range(paths: _Paths, low: int, high: int, most: float, named: bool) -> _Range:
+    """Return what is said about the gaps from `low` to `high` - 1; gap i is the one before level i.
+
+    If they are not `named`, only how many more levels are missing than spurious counts.
+    """
+    rows = slice(low, min(high, len(paths.k)))
+    between = slice(low, high - 1)  # the levels between the two ends
+    counts = np.stack([paths.missing[rows].sum(axis=0), paths.spurious[between].sum(axis=0)])
+    pairs, net = list(zip(*counts.tolist(), strict=True)), (counts[0] - counts[1]).tolist()
+    chances = _tempered(Counter(pairs if named else net), most)
+    likeliest, probability = next(iter(chances.items()))
+    own = [path for path, value in enumerate(pairs if named else net) if value == likeliest]
+    same = [path for path in own if pairs[path] == pairs[own[0]]][:_TRIED]
+    places = paths.places(rows, same)
+    best = same[int(np.abs(places - np.median(places, axis=0)).sum(axis=1).argmin())]
+    ends = paths.end(low - 1), paths.end(high - 1), high - 1 - low
+    gap = None
+    if named and any(pairs[best]):
+        single = [_single(paths, i, most) for i in range(low, rows.stop)]
+        gap = Gap(*ends, pairs[best][0], pairs[best][1], probability, single)
+    elif not named and net[best]:
+        gap = Gap(*ends, net[best], None, probability, [])
+    return _Range(
+        rows,
+        between,
+        paths.missing[rows, best],
+        paths.spurious[between, best],
+        np.median(places, axis=0),
+        gap,
+    )
+
+
+def _power(judged: Judgement) -> float:
+    """Return the power of the probabilities of the first number."""
+    if judged.compared.crowded[0] < CROWDED:
+        return 1.0
+    return max(1 - _LESS * judged.rates.missing, _TEMPER)
 
 
 def _tempered(counts: "Counter[_Value]", most: float, power: float = _TEMPER) -> dict[_Value, float]:
@@ -186,10 +242,11 @@ def _tempered(counts: "Counter[_Value]", most: float, power: float = _TEMPER) ->
     return {value: min(count**power / total, most) for value, count in counts.most_common()}
 
 
-def _doubtful(judged: Judgement) -> list[tuple[int, int]]:
+def _doubtful(judged: Judgement, stop: int) -> list[tuple[int, int]]:
     """Return ranges of gaps that are not certain, and single gaps in which levels are certainly missing.
 
-    Gap i is the one before level i; the last one, n, is after the list.
+    Gap i is the one before level i; the last one, n, is after the list. Only gaps before level `stop` count,
+    unless this is n.
     """
     steps, probability = judged.steps, judged.posterior.probability
     n = len(judged.compared.k)
@@ -199,14 +256,47 @@ def _doubtful(judged: Judgement) -> list[tuple[int, int]]:
     sure[steps.level[rows]], none[steps.level[rows]] = True, steps.missing[rows] == 0
     last = slice(int(steps.start[BACK * (n - 1)]), None)
     sure[n] = none[n] = probability[last][steps.missing[last] >= 0].sum() >= _CERTAIN
+    end = n + 1 if stop == n else stop
     found, i = [], 0
-    while i <= n:
+    while i < end:
         high = i + 1
-        while not sure[i] and high <= n and not sure[high]:
+        while not sure[i] and high < end and not sure[high]:
             high += 1
         if not none[i]:
             found.append((i, high))
         i = high
+    return found
+
+
+def _cells(paths: _Paths, crowded: Floats, start: int) -> list[tuple[int, int]]:
+    """Return ranges of gaps, from level `start` on, in which levels are more likely missing or spurious than
+    not.
+
+    The orbits resolve a number of levels: a missing one may be in any of as many gaps, in none of which it is
+    likely. Where levels are missing everywhere, ranges are cut where fewest are.
+    """
+    n = len(crowded)
+    if start == n:
+        return []
+    size = math.ceil(crowded[start])
+    changed = np.zeros((n + 1, len(paths)), np.int32)
+    changed[:n] = paths.missing + paths.spurious
+    below = np.concatenate([np.zeros((1, len(paths)), np.int32), np.cumsum(changed, axis=0)])
+    at = np.arange(start, n + 1)
+    first, last = np.maximum(at - size // 2, start), np.minimum(at + size // 2 + 1, n + 1)
+    active = (below[last] > below[first]).mean(axis=1) > _ACTIVE
+    share = (changed > 0).mean(axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], active, [False]]).astype(np.int8))) + start
+    found: list[tuple[int, int]] = []
+    for low, high in edges.reshape(-1, 2).tolist():
+        low, high = max(low - size // 4, found[-1][1] if found else start), min(high + size // 4, n)
+        while high - low > _LARGE * size:
+            middle = slice(low + _LARGE // 2 * size, low + (_LARGE - 1) * size)
+            cut = middle.start + int(share[middle].argmin())
+            found.append((low, cut))
+            low = cut
+        if high > low:
+            found.append((low, high))
     return found
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats, Integers
 from orbitdb.quantum.comparison import Comparison, Rates
-from orbitdb.quantum.level_paths import BACK, Beam, Data, Posterior, Steps, backward, forward
+from orbitdb.quantum.level_paths import BACK, CROWDED, Beam, Data, Posterior, Steps, backward, forward
 from orbitdb.quantum.staircase_errors import deviations
 
 FITS = 1.0
@@ -17,12 +17,15 @@ _SHORTFALL, _SHORTFALL_MIXED = 1.0, 1.6
 lists of one parity with 25 to 200 levels, up to a third of them missing, fell short by up to 0.9, and with 50
 levels or more, lists with another a or parity or a radius wrong by 0.1 % by more than 1, with few exceptions.
 Mixed lists fell short by up to 1.8, and wrong ones by 1 or more."""
+_EXPLAINED, _FREQUENT = 0.85, 0.22
+"""In a list that is not crowded, missing levels that are as frequent as the second number explain this share
+of the shortfall of a list that does not fit, so that the limit is lower."""
 _TYPICAL = 0.7
 """Variance of the deviations of lists that fit."""
 PATHS = 300
 """Number of paths that are drawn."""
 _PASSES = 3
-_BEAM, _WIDE_BEAM = Beam(18.0, 300), Beam(27.0, 1500)
+_BEAM, _WIDE_BEAM = Beam(18.0, 300), Beam(120.0, 3000)
 _LEAST_TAU2, _WIDER_FROM = 1.5, 0.6
 """Least variance of the deviations, and the misfit from which the beam is widened: a lost path is the main
 cause of false certainty."""
@@ -56,12 +59,17 @@ def judge(compared: Comparison) -> Judgement:
     """
     if len(compared.k) > _LONG:
         return _judge_long(compared)
-    judged = _once(compared, Rates(), _BEAM)
+    rates = _first_rates(compared)
+    judged = _once(compared, rates, _BEAM)
     beam = _BEAM
     if judged.misfit > _WIDER_FROM:
         beam = _WIDE_BEAM
-        judged = _once(compared, Rates(), beam)
+        judged = _once(compared, rates, beam)
     misfit = judged.misfit
+    if misfit > _WIDER_FROM:
+        # it is now known where the places of missing levels are uncertain; new rates would explain anything
+        judged = _once(compared, rates, beam, judged)
+        misfit = min(misfit, judged.misfit)
     if misfit > FITS:
         return judged
     for _ in range(_PASSES - 1):
@@ -70,6 +78,14 @@ def judge(compared: Comparison) -> Judgement:
         if _close(before, judged.rates):
             break
     return replace(judged, misfit=misfit)
+
+
+def _first_rates(compared: Comparison) -> Rates:
+    """Return rates whose missing levels explain by how much the difference rises along the list."""
+    n, d = len(compared.k), compared.difference
+    rise = float(np.median(d[-4:-1]) - (np.median(d[1:4]) if compared.window else 0.0))
+    missing = max(rise, 0.0) + 1
+    return Rates(min(max(missing / (n + missing), 0.004), 0.3), 0.003, 1.5)
 
 
 def _judge_long(compared: Comparison) -> Judgement:
@@ -90,22 +106,38 @@ def _once(compared: Comparison, rates: Rates, beam: Beam, before: Judgement | No
     passed = forward(data, steps, compared.firsts(compared.difference), beam)
     posterior = backward(passed, steps, PATHS, np.random.default_rng(1))
     new = _estimated(compared, steps, data, posterior)
-    return Judgement(compared, steps, posterior, new, _misfit(compared, steps, data, passed.log_evidence))
+    return Judgement(
+        compared, steps, posterior, new, _misfit(compared, steps, data, posterior, passed.log_evidence, rates)
+    )
 
 
-def _misfit(compared: Comparison, steps: Steps, data: Data, log_evidence: float) -> float:
-    """Return by how much ln P of the difference, given the spacings, is less than expected; the limit is 1.
+def _misfit(
+    compared: Comparison,
+    steps: Steps,
+    data: Data,
+    posterior: Posterior,
+    log_evidence: float,
+    rates: Rates,
+) -> float:
+    """Return by how much less probable than expected the deviations and the numbers missing are; limit 1.
 
-    ln P of the spacings by themselves is that of lists that nothing is known about.
+    A list from the stadium has deviations with variance 1, and its missing levels surprise, given the
+    spacings, as much as their entropy says. The numbers of missing levels of another list surprise more.
     """
+    n, points = len(data.k), len(data.grid)
     true = (steps.missing >= 0) & (steps.back == 1)
-    of_spacings = np.full(len(data.k), -np.inf)
+    of_spacings = np.full(n, -np.inf)
     np.logaddexp.at(of_spacings, steps.level[true], steps.log_weight[true])
-    points = len(data.grid)
+    surprise = of_spacings[steps.level] - steps.log_weight
+    entropy = float((np.exp(-surprise[true]) * surprise[true]).sum())
     expected = -float(data.white.log_scale.sum())
     expected -= points * (math.log(data.tau2) + _TYPICAL / data.tau2) / 2
-    shortfall = (expected + float(of_spacings.sum()) - log_evidence) / points
-    return max(0.0, shortfall) / (_SHORTFALL_MIXED if compared.mixed else _SHORTFALL)
+    told = entropy - posterior.entropy  # information that the difference gives about the numbers missing
+    shortfall = (expected + float(of_spacings.sum()) - log_evidence - told) / points
+    limit = _SHORTFALL_MIXED if compared.error.mixed else _SHORTFALL
+    if compared.crowded[0] <= CROWDED:
+        limit *= 1 - _EXPLAINED * min(rates.missing / _FREQUENT, 1.0)
+    return max(0.0, shortfall) / limit
 
 
 def _close(one: Rates, other: Rates) -> bool:

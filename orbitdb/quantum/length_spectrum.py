@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Complexes, Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import Drawn, data_frame
-from orbitdb.quantum.trace_formula import Terms, family
+from orbitdb.quantum.bouncing_balls import family
+from orbitdb.quantum.trace_formula import Terms
 from orbitdb.quantum.weyl import Parity, weyl
 from orbitdb.text import format_float
 
@@ -200,19 +201,19 @@ def reach(k_max: float) -> float:
 
 
 def of_levels(
-    k: Floats, x: Floats, k_max: float, stadium: Stadium, parity: Parity | None = None
+    k: Floats, x: Floats, k_max: float, stadium: Stadium, parity: Parity | None = None, k_min: float = 0.0
 ) -> Complexes:
-    """Return F at the lengths x, shape (n,), from all levels k below `k_max`; higher levels are ignored."""
-    inside = k[k < k_max]
-    nodes, weights = _quadrature(k_max, x)
+    """Return F at the lengths x, shape (n,), from all levels k between `k_min` and `k_max`."""
+    inside = k[(k > k_min) & (k < k_max)]
+    nodes, weights = _quadrature(k_max, x, k_min)
     smooth = weights * weyl(stadium, parity).deriv()(nodes)
-    return _transform(inside, _window(inside, k_max), x) - _transform(nodes, smooth, x)
+    return _transform(inside, _window(inside, k_max, k_min), x) - _transform(nodes, smooth, x)
 
 
-def of_terms(terms: Terms, x: Floats, k_max: float) -> Complexes:
+def of_terms(terms: Terms, x: Floats, k_max: float, k_min: float = 0.0) -> Complexes:
     """Return F from terms, at lengths x in ascending order, shape (n,)."""
     total = np.zeros(len(x), np.complex128)
-    far = reach(k_max)
+    far = reach(k_max - k_min)
     ordered = terms.rows(np.argsort(terms.length))
     for first in range(0, len(x), _POINTS):
         lengths = x[first : first + _POINTS]
@@ -220,43 +221,48 @@ def of_terms(terms: Terms, x: Floats, k_max: float) -> Complexes:
         step = BLOCK // len(lengths)
         for at in range(low, high, step):
             some = ordered.rows(np.arange(at, min(at + step, high)))
-            total[first : first + len(lengths)] += peak_of_each(some, lengths, k_max).sum(axis=1)
+            total[first : first + len(lengths)] += peak_of_each(some, lengths, k_max, k_min).sum(axis=1)
     return total
 
 
 _POINTS = 64
 
 
-def peak_of_each(terms: Terms, x: Floats, k_max: float) -> Complexes:
+def peak_of_each(terms: Terms, x: Floats, k_max: float, k_min: float = 0.0) -> Complexes:
     """Return the contribution of each term to F at each of the lengths x, shape (n, N)."""
     at, length, amplitude = x[:, None], terms.length, terms.amplitude
-    return (_peak(at - length, k_max) * amplitude.conj() + _peak(at + length, k_max) * amplitude) / 2
+    below, above = _peak(at - length, k_max, k_min), _peak(at + length, k_max, k_min)
+    return (below * amplitude.conj() + above * amplitude) / 2
 
 
-def _peak(y: Floats, k_max: float) -> Complexes:
+def _peak(y: Floats, k_max: float, k_min: float = 0.0) -> Complexes:
     """Return the integral of w(k) exp(i k y) in closed form, because w is a sum of cosines."""
-    z = k_max * y / (2 * math.pi)
+    width = k_max - k_min
+    z = width * y / (2 * math.pi)
     sides = (np.sinc(z - 1) + np.sinc(z + 1)) / 4 + (np.sinc(z - 2) + np.sinc(z + 2)) / 16
-    return np.asarray(k_max * (3 / 8 * np.sinc(z) + sides) * np.exp(1j * math.pi * z))
+    return np.asarray(width * (3 / 8 * np.sinc(z) + sides) * np.exp(1j * (math.pi * z + k_min * y)))
 
 
-def of_family(stadium: Stadium, x: Floats, k_max: float, parity: Parity | None = None) -> Complexes:
+def of_family(
+    stadium: Stadium, x: Floats, k_max: float, parity: Parity | None = None, k_min: float = 0.0
+) -> Complexes:
     """Return the contribution of the bouncing-ball orbits (`family`) to F, at lengths x."""
-    k, weights = _quadrature(k_max, x)
-    balls = family(stadium, k, x[-1] + reach(k_max), parity)
+    k, weights = _quadrature(k_max, x, k_min)
+    balls = family(stadium, k, x[-1] + reach(k_max - k_min), parity)
     return _transform(k, weights * sum((wave.real for _, wave in balls), np.zeros_like(k)), x)
 
 
-def _window(k: Floats, k_max: float) -> Floats:
-    return np.sin(math.pi * k / k_max) ** 4
+def _window(k: Floats, k_max: float, k_min: float = 0.0) -> Floats:
+    return np.sin(math.pi * (k - k_min) / (k_max - k_min)) ** 4
 
 
-def _quadrature(k_max: float, x: Floats) -> tuple[Floats, Floats]:
-    """Return nodes in 0..K that resolve the oscillations exp(i k x), and weights that include the window."""
-    count = math.ceil(k_max * (2 * float(np.abs(x).max()) + reach(k_max)) / 2) + 100
+def _quadrature(k_max: float, x: Floats, k_min: float = 0.0) -> tuple[Floats, Floats]:
+    """Return nodes in k_min..k_max that resolve the oscillations exp(i k x), and weights with the window."""
+    half = (k_max - k_min) / 2
+    count = math.ceil(half * (2 * float(np.abs(x).max()) + reach(2 * half))) + 100
     nodes, weights = np.polynomial.legendre.leggauss(count)
-    k = (nodes + 1) * k_max / 2
-    return k, weights * k_max / 2 * _window(k, k_max)
+    k = k_min + (nodes + 1) * half
+    return k, weights * half * _window(k, k_max, k_min)
 
 
 def _transform(k: Floats, weights: Floats | Complexes, x: Floats) -> Complexes:

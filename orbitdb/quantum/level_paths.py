@@ -23,9 +23,37 @@ _SETTLED, _REACH, _AHEAD = 2.5, 3.5, 1.0
 """Distances in units of 1/X. Missing levels do not change points farther below them than the first, and
 change those farther above them than the second by 1. Points below a level by at least the third count in the
 choice of states, although later missing levels may change them."""
-_SAME = 0.05
-"""Residuals that differ by less are the same; their standard deviations are 0.03 and more."""
+CROWDED = 5.0
+"""Number of levels within 1/X from which on a list is crowded: single gaps cannot be named."""
+_SAME, _SAME_MOST, _SHORT = 0.05, 0.2, 3
+"""Residuals that differ by less are the same: usually, and at most in crowded lists; their memory there."""
 _CHUNK = 256
+
+
+class Detail(NamedTuple):
+    """How finely states are told apart.
+
+    Attributes
+    ----------
+    same : float
+        Residuals that differ by less are the same; their standard deviations are 0.03 and more.
+    memory : int
+        Number of points, up to BEFORE, from which the next one is predicted.
+    """
+
+    same: float = _SAME
+    memory: int = BEFORE
+
+
+def detail(crowded: float) -> Detail:
+    """Return how finely states are told apart, given the number of levels within 1/X.
+
+    In a crowded list, missing levels have so many places that their states must be merged more coarsely, and
+    sooner. The rounding of the residuals counts as noise.
+    """
+    if crowded <= CROWDED:
+        return Detail()
+    return Detail(min(_SAME * crowded / CROWDED, _SAME_MOST), _SHORT)
 
 
 class Beam(NamedTuple):
@@ -74,6 +102,7 @@ class Data(NamedTuple):
     white : Whitening
     tau2 : float
         Variance of the deviations.
+    detail : Detail
     """
 
     k: Floats
@@ -82,6 +111,7 @@ class Data(NamedTuple):
     cutoff: float
     white: Whitening
     tau2: float
+    detail: Detail = Detail()
 
     def places(self, distance: float) -> Integers:
         """Return the first grid point above each level plus a distance in units of 1/X."""
@@ -149,7 +179,7 @@ def forward(data: Data, steps: Steps, firsts: Integers, beam: Beam) -> Forward:
                 states, steps, parent, row, added[row - begins, : span.stop - span.start], span, settled
             )
             new = _weighed(data, new, score, span.start, settled, max(settled, int(ahead[i])))
-            states, kept = _kept(new, parent, row, max(settled - BEFORE, 0), mixing, beam)
+            states, kept = _kept(new, parent, row, settled, mixing, beam, data.detail)
             edges.append(kept)
     constant = float(data.white.log_scale.sum()) + points * math.log(data.tau2) / 2
     return Forward(edges, float(np.logaddexp.reduce(states.alpha)) - constant, firsts)
@@ -221,35 +251,37 @@ def _weighed(data: Data, states: _States, score: Floats, first: int, settled: in
 
 
 def _kept(
-    states: _States, parent: Integers, row: Integers, low: int, mixing: Floats, beam: Beam
+    states: _States, parent: Integers, row: Integers, settled: int, mixing: Floats, beam: Beam, fine: Detail
 ) -> tuple[_States, Edges]:
-    """Merge equal states and keep the best; return them, with points from `low` on, and the steps to them."""
+    """Merge equal states, keep the best, and return them and the steps to them."""
     (good,) = (states.rank > states.rank.max() - beam.depth).nonzero()
+    low = max(settled - BEFORE, 0)
     added = states.added[:, low - states.low :].take(good, axis=0)
-    net, back = states.net[good], states.back[good]
-    rounded = np.rint((added - net[:, None]) / _SAME)
-    key = rounded @ mixing[: rounded.shape[1]] + (net * BACK + back) * 15_485_863.0  # exact, all are integers
+    key = _key(
+        added[:, max(settled - fine.memory, 0) - low :], states.net[good], states.back[good], mixing, fine
+    )
     order = key.argsort()
-    key, edges = key[order], good[order]
-    score = states.alpha[edges]
-    new = np.empty(len(key), bool)
-    new[0], new[1:] = True, key[1:] != key[:-1]
+    new = np.append(True, np.diff(key[order]) != 0)
     (starts,) = new.nonzero()
-    best = order[starts]
-    alpha = np.logaddexp.reduceat(score, starts)
-    rank = alpha + states.rank[good[best]] - states.alpha[good[best]]
+    step, child = good[order], new.cumsum() - 1
+    alpha = np.logaddexp.reduceat(states.alpha[step], starts)
+    one = step[starts]  # one of the equal states stands for all
+    rank = alpha + states.rank[one] - states.alpha[one]
     if len(rank) > beam.states:
         kept = np.sort(np.argpartition(-rank, beam.states)[: beam.states])
         place = np.full(len(rank), -1)
         place[kept] = np.arange(len(kept))
-        child = place[new.cumsum() - 1]
-        (mine,) = (child >= 0).nonzero()
-        child, edges, score = child[mine], edges[mine], score[mine]
-        best, alpha, rank = best[kept], alpha[kept], rank[kept]
-    else:
-        child = new.cumsum() - 1
-    after = _States(net[best], back[best], alpha, rank, added[best], low)
-    return after, Edges(child, parent[edges], row[edges], score, alpha)
+        (mine,) = (place[child] >= 0).nonzero()
+        step, child = step[mine], place[child[mine]]
+        starts, one, alpha, rank = starts[kept], one[kept], alpha[kept], rank[kept]
+    after = _States(states.net[one], states.back[one], alpha, rank, added[order[starts]], low)
+    return after, Edges(child, parent[step], row[step], states.alpha[step], alpha)
+
+
+def _key(added: Floats, net: Integers, back: Integers, mixing: Floats, fine: Detail) -> Floats:
+    """Return a number for each state that is the same if the states are, shape (N,)."""
+    rounded = np.rint((added - net[:, None]) / fine.same)
+    return np.asarray(rounded @ mixing[: rounded.shape[1]] + (net * BACK + back) * 15_485_863.0)  # integers
 
 
 class Posterior(NamedTuple):
@@ -263,11 +295,14 @@ class Posterior(NamedTuple):
         For each path, the row of `Steps` with which it comes to each level.
     first : ndarray of int, shape (paths,)
         Number of levels missing below the list.
+    entropy : float
+        Of the paths: how much ln P of a path is below 0 on average.
     """
 
     probability: Floats
     drawn: NDArray[np.int32]
     first: Integers
+    entropy: float = 0.0
 
 
 def backward(passed: Forward, steps: Steps, paths: int, rng: np.random.Generator) -> Posterior:
@@ -277,6 +312,7 @@ def backward(passed: Forward, steps: Steps, paths: int, rng: np.random.Generator
     drawn: NDArray[np.int32] = np.empty((n, paths), np.int32)
     last = passed.edges[-1].alpha
     later = np.exp(last - np.logaddexp.reduce(last))
+    entropy = -float(np.log(later[later > 0]) @ later[later > 0])
     states = rng.choice(len(later), paths, p=later / later.sum())
     for i in range(n - 1, -1, -1):
         edges = passed.edges[i]
@@ -291,5 +327,6 @@ def backward(passed: Forward, steps: Steps, paths: int, rng: np.random.Generator
         chosen = np.searchsorted(below, low + rng.random(paths) * (high - low), "right") - 1
         chosen = np.clip(chosen, starts[states], starts[states + 1] - 1)
         drawn[i] = edges.step[chosen]
+        entropy -= float(np.log(np.maximum(share[chosen], 1e-300)).mean())
         states = edges.parent[chosen]
-    return Posterior(probability, drawn, passed.firsts[states])
+    return Posterior(probability, drawn, passed.firsts[states], entropy)

@@ -12,7 +12,7 @@ from scipy.special import sici
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.trace_formula import family_count
+from orbitdb.quantum.bouncing_balls import family_count
 from orbitdb.quantum.weyl import Parity, weyl
 
 LENGTHS = (1, 5, 20)

@@ -22,19 +22,23 @@ import numpy as np
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import Drawn, data_frame
-from orbitdb.quantum.comparison import Comparison
-from orbitdb.quantum.conclusions import Gap, ranges
+from orbitdb.quantum.comparison import CUTOFF, Comparison
+from orbitdb.quantum.conclusions import Gap, conclude
 from orbitdb.quantum.judging import FITS, judge
+from orbitdb.quantum.level_paths import CROWDED
 from orbitdb.quantum.levels_from_orbits import Staircase
 from orbitdb.quantum.radius_fit import fit
+from orbitdb.quantum.staircase_errors import ErrorOfOrbits
 from orbitdb.quantum.weyl import Parity, weyl
-from orbitdb.text import format_float
+from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     import pandas
 
 _LEAST_ERROR = 0.1
 """Least error that is stated for the number of missing levels, and the step to which it is rounded up."""
+_SURE = 0.9
+"""Probability below which a first number is not certain."""
 _TWINS, _FEW, _MANY, _MOST_OF = 0.02, 3, 5, 0.6
 """Distance of levels that may be one, in mean spacings; such pairs are merged if there are more than the
 second number plus the third times the number expected by chance, but not more than this share of the list."""
@@ -65,6 +69,14 @@ class Assessment(Drawn):
     missing, missing_error : float
         Expected number of levels that are missing below the last true level of the list, and its standard
         error. In a window, those below the first do not count.
+    spurious_error : float
+        Standard error of the number of spurious levels.
+    net, net_error : float
+        Expected number of missing levels less that of the spurious ones, and its standard error: what the
+        orbits tell best.
+    resolved : int
+        Number of levels that a list must have here to be tested: those in 2/X, twice the resolution of the
+        orbits.
     whole : float
         Probability that the list neither lacks a level nor has a spurious one.
     first : int
@@ -93,6 +105,10 @@ class Assessment(Drawn):
     places: Floats
     missing: float
     missing_error: float
+    spurious_error: float
+    net: float
+    net_error: float
+    resolved: int
     whole: float
     first: int
     first_probability: float
@@ -115,9 +131,19 @@ class Assessment(Drawn):
         return self.misfit <= FITS
 
     @property
+    def short(self) -> bool:
+        """Whether the list is too short to be tested."""
+        return len(self.k) < self.resolved
+
+    @property
+    def crowded(self) -> bool:
+        """Whether so many levels lie within the resolution of the orbits that no gap can be named."""
+        return self.resolved >= 2 * CROWDED
+
+    @property
     def total(self) -> int:
         """Number of levels from the first to the last true level of the list, with those that are missing."""
-        return max(int(self.number.max(initial=0)) - self.first + 1, 0)
+        return max(round(len(self.k) + self.net), 0)
 
     @property
     def spurious(self) -> int:
@@ -144,18 +170,47 @@ class Assessment(Drawn):
         misfit = f"misfit {self.misfit:.2f}"
         if not self.fits:
             return f"the list does not fit {of}: {misfit}; lists that fit have less than {FITS:g}"
+        if self.short:
+            return f"too short to be tested: the orbits resolve {several(self.resolved, 'level')} here ({of})"
+        said = f"{self._begins()}{self._lacks()}"
+        if self.window and self.first_probability < _SURE:
+            within = several(math.ceil(self.resolved / 2), "level")
+            said += f"; the orbits tell their number to within about {within}"
+        sure = "" if self.gaps else f"P {self.whole:.3g}; "
+        return f"{said} ({sure}{of}; {misfit})"
+
+    def _begins(self) -> str:
+        """Return with which level a window begins."""
+        if not self.window:
+            return ""
+        begins = f"the list begins with level {self.first} (P {self.first_probability:.3g}"
+        if self.first_probability >= _SURE:
+            return f"{begins}); "
+        return f"{begins}; its neighbours are possible): "
+
+    def _lacks(self) -> str:
+        """Return how many levels are missing and spurious."""
         low = f"{self.k[0]:.6g}" if self.window else "0"
-        levels = f"{self.total} levels with k from {low} to {self.k[-1]:.{6 if self.window else 4}g}"
+        between = f"with k from {low} to {self.k[-1]:.{6 if self.window else 4}g}"
+        if self.crowded:
+            if not self.gaps:
+                return f"none of {several(self.total, 'level')} {between} is missing"
+            net = with_one_digit(abs(self.net), self.net_error)
+            too = "missing" if self.net >= 0 else "too many"
+            return f"{net} levels are {too} among these {len(self.k)} {between}"
         if any(gap.missing for gap in self.gaps):
-            error = max(math.ceil(self.missing_error / _LEAST_ERROR) * _LEAST_ERROR, _LEAST_ERROR)
-            said = f"{self.missing:.1f} +- {error:.1f} of {levels} are missing"
+            missing = with_one_digit(self.missing, self.missing_error)
+            said = f"{missing} of {self.total} levels {between} are missing"
         else:
-            said = f"none of {levels} is missing"
+            said = f"none of {self.total} levels {between} is missing"
         if self.spurious:
             said += f"; {self.spurious} {'is' if self.spurious == 1 else 'are'} spurious or duplicate"
-        begins = f"the list begins with level {self.first} (P {self.first_probability:.3g}); "
-        sure = "" if self.gaps else f"P {self.whole:.3g}; "
-        return f"{begins if self.window else ''}{said} ({sure}{of}; {misfit})"
+        return said
+
+
+def with_one_digit(value: float, error: float) -> str:
+    """Return an expected number with its standard error, rounded up to a tenth."""
+    return f"{value:.1f} +- {max(math.ceil(error / _LEAST_ERROR) * _LEAST_ERROR, _LEAST_ERROR):.1f}"
 
 
 def assess(
@@ -186,36 +241,46 @@ def assess(
     noise : float, optional
         Scatter of the levels, in mean spacings.
     """
-    smooth = weyl(stadium, parity)
-    compared = Comparison(
-        k, lambda at: orbits.at(at)[0], smooth, stadium.perimeter, parity is None, window, noise
-    )
+    compared = compare(k, orbits, stadium, parity, window, noise)
     if fit_scale:
         judged, scale, error, at_limit = fit(compared, scale_error)
     else:
         judged, scale, error, at_limit = judge(compared), 1.0, 0.0, False
-    found = ranges(judged)
-    levels = judged.compared.k
+    found = conclude(judged)
+    levels, net = judged.compared.k, found.missing - found.spurious
+    resolved = math.ceil(2 * float(judged.compared.crowded[len(k) // 2]))
     return Assessment(
-        stadium.a,
-        parity,
-        levels,
-        found.number,
-        found.probability,
-        judged.compared.excess(levels),
-        found.gaps,
-        found.places,
-        float(found.missing.mean()),
-        float(found.missing.std()),
-        found.whole,
-        found.first if window else 1,
-        found.first_probability,
-        judged.misfit,
-        scale,
-        error,
-        at_limit,
-        window,
+        a=stadium.a,
+        parity=parity,
+        k=levels,
+        number=found.number,
+        probability=found.probability,
+        excess=judged.compared.excess(levels),
+        gaps=found.gaps if len(k) >= resolved else [],
+        places=found.places,
+        missing=float(found.missing.mean()),
+        missing_error=float(found.missing.std()),
+        spurious_error=float(found.spurious.std()),
+        net=float(net.mean()),
+        net_error=float(net.std()),
+        resolved=resolved,
+        whole=found.whole,
+        first=found.first if window else 1,
+        first_probability=found.first_probability,
+        misfit=judged.misfit,
+        scale=scale,
+        scale_error=error,
+        at_limit=at_limit,
+        window=window,
     )
+
+
+def compare(
+    k: Floats, orbits: Staircase, stadium: Stadium, parity: Parity | None, window: bool, noise: float = 0.0
+) -> Comparison:
+    """Return a list of levels beside the staircase from the orbits, as for `assess`."""
+    error = ErrorOfOrbits(CUTOFF, stadium.perimeter, orbits.complete, parity is None)
+    return Comparison(k, lambda at: orbits.at(at)[0], weyl(stadium, parity), error, window, noise)
 
 
 def without_twins(k: Floats, stadium: Stadium, parity: Parity | None) -> tuple[Floats, int]:

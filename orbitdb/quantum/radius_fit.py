@@ -29,8 +29,9 @@ _FIRST, _MORE = 100, 4
 """Number of levels to which the first grid is fitted, and the factor by which it then grows."""
 _BEAM, _COARSE = Beam(14.0, 150), Beam(8.0, 40)
 """Beams for the refined and the coarse grids."""
-_LEAST, _LEAST_SHARE = 1e-4, 0.01
-"""Least probability of the scales that are refined, and of those that are averaged over."""
+_LEAST, _LEAST_SHARE, _AVERAGED = 1e-4, 0.01, 50
+"""Least probability of the scales that are refined; least probability, relative to the best, of those that
+are averaged over, and how many."""
 
 
 class Fitted(NamedTuple):
@@ -107,7 +108,8 @@ def _averaged(compared: Comparison, best: float, scales: Floats, chance: Floats)
     """Judge the list with the best scale, and average the numbers over the other scales."""
     judged = judge(compared.scaled(best))
     at_best, steps = judged.compared, judged.steps
-    shares = np.where(chance >= _LEAST_SHARE, chance, 0.0)
+    likeliest = np.sort(chance)[-_AVERAGED:][0]
+    shares = np.where(chance >= max(likeliest, _LEAST_SHARE * chance.max()), chance, 0.0)
     data = at_best.data(steps, judged.posterior.probability, judged.rates.tau2)
     probability, drawn, first, rng = np.zeros(len(steps.level)), [], [], np.random.default_rng(1)
     for scale, share in zip(scales.tolist(), (shares / shares.sum()).tolist(), strict=True):

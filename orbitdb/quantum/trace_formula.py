@@ -1,7 +1,8 @@
-"""Gutzwiller's trace formula: the terms of the periodic orbits and of the bouncing balls.
+"""Gutzwiller's trace formula: the terms of the periodic orbits.
 
 The density of levels d(k) is its smooth part (`orbitdb.quantum.weyl`) plus the sum of Re(A exp(i k l)) over
-all terms, where the A are Gutzwiller's amplitudes.
+all terms, where the A are Gutzwiller's amplitudes. The bouncing balls add terms of their own
+(`orbitdb.quantum.bouncing_balls`).
 
 A cyclic word of length L, exponent lambda and Maslov index mu has one term for each number of repetitions
 r = 1, 2, ..., with l = r L and
@@ -16,14 +17,12 @@ Sources: M. C. Gutzwiller, J. Math. Phys. 12 (1971) 343; J. M. Robbins, Phys. Re
 """
 
 import math
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Complexes, Floats, Integers
-from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.quantum.weyl import Parity
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, STABILISER_OF
@@ -107,6 +106,8 @@ def orbit_terms(classes: OrbitClasses, longest: float, parity: Parity | None = N
     cosh = (negative[orbit] & (r % 2 == 1)) ^ other_side
     root = np.where(cosh, 2 * np.cosh(half), 2 * np.sinh(half))
     size = weight[orbit] * length[orbit] / (math.pi * root) * np.where(other_side, y, 1)
+    if classes.joints is not None:
+        size = size * 0.5 ** (r * classes.joints[orbit] / parts[orbit])
     amplitude = phase * (sign[orbit] ** r * size)
     return Terms(r * length[orbit], amplitude, orbit, r, parts[orbit], index, grown)
 
@@ -118,52 +119,3 @@ def _spatial(of: OrbitClasses) -> tuple[Integers, Integers]:
     spatial = [SPATIAL[label] for label in labels.tolist()]
     kind = np.array([len(elements) for elements in spatial])[which]
     return kind, np.array([elements[0] if elements else 0 for elements in spatial])[which]
-
-
-EDGE = (-0.25j, -0.05997 - 0.17678j, -0.09257 - 0.14331j, -0.11277 - 0.12365j,
-        -0.1268 - 0.1103j, -0.1372 - 0.1005j, -0.1452 - 0.0928j, -0.1513 - 0.0870j)  # fmt: skip
-"""Correction E_j for the end of the bouncing-ball family at a joint, after j = 1, 2, .. round trips.
-
-E_j is the trace of j steps of the quantum map of the transverse coordinate s, minus the contribution of the
-bouncing balls at s < 0. Each step is a drift over the length 2, and for s > 0 the phase -k s^2. E_j does not
-depend on k."""
-
-
-def family(
-    stadium: Stadium, k: Floats, longest: float, parity: Parity | None = None
-) -> Iterator[tuple[int, Complexes]]:
-    """Yield each length l of the bouncing balls, with A exp(i k l) at each k as for the orbits (`Terms`).
-
-    Notes
-    -----
-    For the levels of one parity, a ball that goes up and down j times in a quarter has the length l = 2j, and
-    A is (-chi_y)^j times the sum of three terms: (a k / pi) sqrt(2 / (pi k l)) exp(-i pi/4) for the family,
-    chi_x / (2 pi) for the axis x = 0, and (2 / pi) E_j (`EDGE`) for the edge at the joint. For the levels of
-    all parities, only even j remain, and the family and edge terms are four times as large.
-    """
-    x, y = (0, -1) if parity is None else parity.signs
-    step, share = (2, 4) if parity is None else (1, 1)
-    for j in range(step, math.floor(longest / 2) + 1, step):
-        edge = EDGE[j - 1] * 2 / math.pi if j <= len(EDGE) else 0.0
-        balls = stadium.a * np.sqrt(k / (math.pi**3 * j)) * np.exp(-0.25j * math.pi) + edge
-        yield 2 * j, (-y) ** j * (share * balls + x / (2 * math.pi)) * np.exp(2j * j * k)
-
-
-def family_terms(stadium: Stadium, k_max: float, longest: float, parity: Parity | None = None) -> Terms:
-    """Return the bouncing balls as terms whose amplitudes are right in the middle of the window."""
-    middle = np.array([k_max / 2])
-    balls = list(family(stadium, middle, longest, parity))
-    length = np.array([length for length, _ in balls], np.float64)
-    waves = np.array([wave[0] for _, wave in balls], np.complex128)
-    once = 4 if parity is None else 2
-    amplitude, times = waves * np.exp(-1j * middle * length), length.astype(int) // once
-    none, parts = np.full(len(balls), -1), np.full(len(balls), 4 // once)
-    return Terms(length, amplitude, none, times, parts, none, np.full(len(balls), np.nan))
-
-
-def family_count(stadium: Stadium, k: Floats, longest: float, parity: Parity | None = None) -> Floats:
-    """Return the contribution of the bouncing balls to the number of levels below each k.
-
-    To leading order, integrating a term over k delays its phase by a quarter turn and divides it by l.
-    """
-    return sum((wave.imag / length for length, wave in family(stadium, k, longest, parity)), np.zeros_like(k))

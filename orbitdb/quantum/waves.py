@@ -32,7 +32,7 @@ from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.condensation import eigenfunctions, one_thread
 from orbitdb.quantum.elements import nodes
-from orbitdb.quantum.levels import LevelTask, windows
+from orbitdb.quantum.exact_levels import LevelTask, windows
 from orbitdb.quantum.weyl import Parity, one_parity, weyl
 from orbitdb.text import format_float
 
@@ -180,7 +180,7 @@ def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | st
     Raises
     ------
     InputError
-        If the half length or the range is outside the tested limits (`orbitdb.quantum.levels.windows`).
+        If the half length or the range is outside the tested limits (`orbitdb.quantum.exact_levels.windows`).
     """
     at, of = as_stadium(stadium), one_parity(parity)
     if of is None:

@@ -14,7 +14,7 @@ from orbitdb.store import tables as t
 from orbitdb.store.connection import cursor_of
 
 if TYPE_CHECKING:
-    from orbitdb.quantum.levels import LevelWindow
+    from orbitdb.quantum.exact_levels import LevelWindow
     from orbitdb.quantum.weyl import Parity
     from orbitdb.trajectories.ensemble import Reference
 
@@ -56,7 +56,7 @@ def best_reference(connection: Connection, a: float) -> "Reference | None":
 
 def stored_levels(connection: Connection, a: float, parity: "Parity") -> "list[LevelWindow]":
     """Return the stored windows of levels of one parity."""
-    from orbitdb.quantum.levels import LevelWindow
+    from orbitdb.quantum.exact_levels import LevelWindow
 
     own, fill = t.level.c, t.level_fill.c
     query = select(own.k, own.error).where(own.a == a, own.parity == str(parity))

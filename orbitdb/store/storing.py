@@ -25,7 +25,7 @@ from orbitdb.symbols.words import from_strings, keys_of_period
 
 if TYPE_CHECKING:
     from orbitdb.entropy_bounds.bounds import EntropyBounds
-    from orbitdb.quantum.levels import LevelWindow
+    from orbitdb.quantum.exact_levels import LevelWindow
     from orbitdb.trajectories.ensemble import Reference
 
 

@@ -38,8 +38,8 @@ from orbitdb.verification.checks import (
     stored_orbits,
 )
 from orbitdb.verification.classes import classes, counts, integrity, references
-from orbitdb.verification.levels import levels
 from orbitdb.verification.orbits import certify, check_against, check_consistency, restart, with_bounds
+from orbitdb.verification.recomputed_levels import levels
 from orbitdb.verification.sweeps import SWEPT_ANEW, check_sweeps
 from orbitdb.verification.values import values
 

@@ -21,7 +21,7 @@ from there import there
 from orbitdb import Catalogue, Selection, Stadium, solve_word
 from orbitdb.answers.complete_periods import read_complete_periods, sum_rules_of
 from orbitdb.answers.entropy import enclosure
-from orbitdb.answers.levels import orbits_for, read_orbits
+from orbitdb.answers.stadium_levels import orbits_for, read_orbits
 from orbitdb.benchmarks.work_precision import WorkPrecision
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.errors import InputError
@@ -30,8 +30,8 @@ from orbitdb.orbits.status import Status
 from orbitdb.plots import length_spectrum, staircase
 from orbitdb.plots.registry import figure_of, load_function
 from orbitdb.plots.work_precision import work_precision
+from orbitdb.quantum.bouncing_balls import family_count
 from orbitdb.quantum.length_spectrum import Spectrum
-from orbitdb.quantum.trace_formula import family_count
 from orbitdb.quantum.weyl import weyl
 from orbitdb.symbols.words import from_strings
 

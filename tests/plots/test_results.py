@@ -8,7 +8,7 @@ import pytest
 
 from orbitdb import Catalogue, Stadium, waves
 from orbitdb.plots import statistics
-from orbitdb.quantum.levels import Levels, LevelWindow
+from orbitdb.quantum.exact_levels import Levels, LevelWindow
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 
 matplotlib.use("agg")

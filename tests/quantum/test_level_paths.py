@@ -11,7 +11,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.comparison import CUTOFF, Comparison, Rates, places, smoothed
 from orbitdb.quantum.level_paths import BACK, Beam, backward, forward
 from orbitdb.quantum.spacing_laws import MIXED, SpacingLaw
-from orbitdb.quantum.staircase_errors import covariance_of_error, deviations, places_in_gap, whitening
+from orbitdb.quantum.staircase_errors import ErrorOfOrbits, deviations, places_in_gap, whitening
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 
 S = np.linspace(0, 10, 4001)
@@ -69,11 +69,10 @@ def test_deviations_of_the_expected_noise_are_independent_with_variance_1():
     stadium, count = Stadium(1.6), 120
     grid = 20 + np.arange(count) / CUTOFF
     lag = np.abs(grid[:, None] - grid)
-    covariance = covariance_of_error(lag, stadium.perimeter, False, CUTOFF) + 1e-4 * np.eye(count)
+    error = ErrorOfOrbits(CUTOFF, stadium.perimeter, 14.0, False)
+    covariance = error.covariance(lag) + 1e-4 * np.eye(count)
     factor = np.linalg.cholesky(covariance)
-    white = whitening(
-        grid, CUTOFF, stadium.perimeter, False, (None, None), np.full(count, 8.0), np.zeros((count, 21)), 0.0
-    )
+    white = whitening(grid, error, (None, None), np.full(count, 8.0), np.zeros((count, 21)), 0.0)
     drawn = np.random.default_rng(6).normal(size=(400, count)) @ factor.T
     u = np.array([deviations(white, row) for row in drawn])
     assert u.var() == pytest.approx(1, abs=0.03)
@@ -87,7 +86,8 @@ def short():
     smooth = weyl(stadium, Parity.OO)
     every = np.array([wavenumber(smooth, n + 0.2 * (-1) ** n) for n in range(60)])
     k = np.delete(every[30:37], 3)
-    return Comparison(k, lambda at: smoothed(at, every, CUTOFF), smooth, stadium.perimeter, False, True, 0.0)
+    error = ErrorOfOrbits(CUTOFF, stadium.perimeter, 14.0, False)
+    return Comparison(k, lambda at: smoothed(at, every, CUTOFF), smooth, error, True, 0.0)
 
 
 def test_the_beam_gives_the_probabilities_of_an_enumeration_of_all_paths(short):

@@ -10,6 +10,7 @@ from scipy.linalg import eigvalsh
 from there import there
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.quantum.bouncing_balls import family
 from orbitdb.quantum.level_statistics import (
     delta3,
     expected,
@@ -20,7 +21,6 @@ from orbitdb.quantum.level_statistics import (
     statistics,
     unfolded,
 )
-from orbitdb.quantum.trace_formula import family
 from orbitdb.quantum.weyl import Parity, weyl
 
 

@@ -15,7 +15,7 @@ from scipy.special import jv
 from orbitdb import InputError, Stadium
 from orbitdb.quantum.condensation import Interiors, eigenfunctions
 from orbitdb.quantum.elements import grid, quarter_disc, quarter_stadium
-from orbitdb.quantum.levels import LevelTask, levels, windows
+from orbitdb.quantum.exact_levels import LevelTask, levels, windows
 from orbitdb.quantum.weyl import Parity, weyl
 
 

@@ -9,13 +9,14 @@ from contents import answer
 from there import there
 
 from orbitdb import Catalogue, InputError
-from orbitdb.answers.levels import levels_from_orbits, read_orbits, stored_counterparts
+from orbitdb.answers.stadium_levels import levels_from_orbits, read_orbits, stored_counterparts
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.quantum.bouncing_balls import family
 from orbitdb.quantum.comparison import CUTOFF
-from orbitdb.quantum.levels import levels
+from orbitdb.quantum.exact_levels import levels
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, reliable_end, staircase
 from orbitdb.quantum.missing_levels import assess, without_twins
-from orbitdb.quantum.trace_formula import family, orbit_terms
+from orbitdb.quantum.trace_formula import orbit_terms
 from orbitdb.quantum.weyl import Parity, weyl
 from orbitdb.store.selection import Selection
 

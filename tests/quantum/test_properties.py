@@ -12,10 +12,11 @@ from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from orbitdb import InputError, Stadium
+from orbitdb.quantum.bouncing_balls import family, family_count, family_terms
 from orbitdb.quantum.elements import grid, nodes, quarter_disc, quarter_stadium
+from orbitdb.quantum.exact_levels import LevelTask, LevelWindow, ranges_not_stored, windows
 from orbitdb.quantum.length_spectrum import COLUMNS, Spectrum, of_terms, peak_of_each
-from orbitdb.quantum.levels import LevelTask, LevelWindow, ranges_not_stored, windows
-from orbitdb.quantum.trace_formula import Terms, family, family_count, family_terms
+from orbitdb.quantum.trace_formula import Terms
 from orbitdb.quantum.weyl import Parity, check_levels, wavenumber, weyl
 
 PARITIES = st.sampled_from([None, *Parity])

@@ -8,12 +8,13 @@ from contents import alter, answer
 from there import there
 
 from orbitdb import Catalogue, InputError, Stadium, solve_word
-from orbitdb.answers.levels import read_orbits
+from orbitdb.answers.stadium_levels import read_orbits
 from orbitdb.billiard.stability import bounce_matrices
 from orbitdb.orbits.least_values import least_length
+from orbitdb.quantum.bouncing_balls import edges, family
+from orbitdb.quantum.exact_levels import levels
 from orbitdb.quantum.length_spectrum import TERMS, of_family, of_levels, of_terms
-from orbitdb.quantum.levels import levels
-from orbitdb.quantum.trace_formula import EDGE, family, orbit_terms
+from orbitdb.quantum.trace_formula import orbit_terms
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import from_strings
@@ -143,15 +144,26 @@ def test_edge_corrections_are_traces_of_a_map_with_half_a_parabola(times):
         )
 
     rough, fine = trace(0.08), trace(0.04)
-    assert abs(2 * fine - rough - EDGE[times - 1]) < 3e-3
+    assert abs(2 * fine - rough - edges(8)[times - 1]) < 3e-3
 
 
-def test_edge_corrections_vary_smoothly_with_the_repetitions():
-    rise = np.diff(EDGE)
+def test_edge_corrections_have_the_two_known_values():
+    first, second = edges(2)
+    assert first == pytest.approx(-0.25j, abs=1e-12)
+    real = -1 / (2 * math.pi) + math.sqrt(2) * math.log(1 + math.sqrt(2)) / (4 * math.pi)
+    assert second == pytest.approx(real - 0.125j * math.sqrt(2), abs=1e-12)
+
+
+def test_edge_corrections_vary_smoothly_with_the_repetitions_and_do_not_end():
+    some, many = edges(8), edges(50)
+    np.testing.assert_allclose(many[:8], some, atol=1e-11)  # another range of the quadrature
+    rise = np.diff(many)
     for part in (-rise.real, rise.imag):
-        assert (part[1:] > 0).all()
+        assert (part > 0).all()
         assert (np.diff(part) < 0).all()
         assert (part[2:] / part[1:-1] > 0.5).all()
+    amplitude = [abs(wave[0]) for _, wave in family(Stadium(1.6), np.array([30.0]), 40.0, Parity.OO)]
+    assert (np.diff(amplitude) < 0).all()  # no jump at length 18
 
 
 @pytest.mark.slow

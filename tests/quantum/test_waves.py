@@ -12,7 +12,7 @@ from orbitdb.answers.scars import NEIGHBOURS, scars_of
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.condensation import Interiors, eigenfunctions
 from orbitdb.quantum.elements import grid, quarter_disc, rectangle
-from orbitdb.quantum.levels import levels
+from orbitdb.quantum.exact_levels import levels
 from orbitdb.quantum.waves import Cells, Wave, boundary
 from orbitdb.quantum.weyl import Parity
 

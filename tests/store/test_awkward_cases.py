@@ -8,7 +8,7 @@ from contents import alter, ask, whole
 from there import there
 
 from orbitdb import Catalogue, InputError, Selection
-from orbitdb.quantum.levels import LevelWindow, ranges_not_stored
+from orbitdb.quantum.exact_levels import LevelWindow, ranges_not_stored
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import reading
 from orbitdb.store.stored_values import stored_levels

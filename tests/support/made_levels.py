@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from orbitdb import Stadium
-from orbitdb.quantum.levels import LevelWindow
+from orbitdb.quantum.exact_levels import LevelWindow
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 from orbitdb.store.storing import keep_levels
 from orbitdb.store.writer import Writer

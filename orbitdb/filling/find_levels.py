@@ -7,7 +7,7 @@ from pathlib import Path
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.workers import at_work
 from orbitdb.progress import Tell, nobody
-from orbitdb.quantum.levels import LevelWindow, in_order, ranges_not_stored, windows
+from orbitdb.quantum.exact_levels import LevelWindow, in_order, ranges_not_stored, windows
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import reading
 from orbitdb.store.stored_values import stored_levels

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.levels import ROUNDING, windows
+from orbitdb.quantum.exact_levels import ROUNDING, windows
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.selection import Selection
 from orbitdb.store.stored_values import stored_levels

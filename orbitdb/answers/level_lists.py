@@ -1,46 +1,41 @@
-"""The levels of a catalogue, stored and from its orbits: what a list of levels lacks, and length spectra."""
+"""Lists of levels beside the orbits: what a list lacks, its statistics, and length spectra."""
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from orbitdb.answers.complete_periods import read_classes
-from orbitdb.answers.completeness import highest_filled, no_orbits
 from orbitdb.answers.results import Result
+from orbitdb.answers.stadium_levels import (
+    classes_for_levels,
+    levels_from_zero,
+    levels_to_gap,
+    orbits_for,
+    read_orbits,
+)
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import columns_of
-from orbitdb.errors import InputError, NotStoredError, as_floats, check_int
+from orbitdb.errors import InputError, as_floats, check_int
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_length
-from orbitdb.orbits.status import Status
-from orbitdb.quantum.comparison import CUTOFF
+from orbitdb.quantum.bouncing_balls import family_terms
 from orbitdb.quantum.judging import FITS
 from orbitdb.quantum.length_spectrum import Spectrum, of_family, of_levels, of_terms, reach
 from orbitdb.quantum.level_statistics import Statistics, expected, statistics
-from orbitdb.quantum.levels import LARGEST_A, LEAST_A, Levels, LevelWindow, ranges_not_stored
-from orbitdb.quantum.levels_from_orbits import CUTOFFS, Staircase, levels_of, reliable_end, staircase
 from orbitdb.quantum.missing_levels import Assessment, assess, without_twins
-from orbitdb.quantum.radius_fit import WIDEST, widest
-from orbitdb.quantum.trace_formula import Terms, family_terms, orbit_terms
-from orbitdb.quantum.weyl import Parity, as_levels, check_levels, one_parity, parities_of, weyl
+from orbitdb.quantum.radius_fit import widest
+from orbitdb.quantum.trace_formula import Terms, orbit_terms
+from orbitdb.quantum.weyl import Parity, as_levels, check_levels, one_parity, weyl
 from orbitdb.store.connection import Connection
 from orbitdb.store.lookup import WITH_ORBITS, a_values
-from orbitdb.store.periods import read_fills
 from orbitdb.store.selection import Selection
-from orbitdb.store.stored_values import stored_levels
 from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-_LEAST, _ENOUGH = 8, 12
-"""Levels need all orbits up to the first of these periods, and improve up to the second."""
-
-_MOST_K = 300.0
 _USUAL_K_MAX = 30.0
 _LONGEST, _MOST_POINTS, _LARGEST_K_MAX = 100, 100_000, 1000
 
@@ -51,121 +46,12 @@ _LOWEST = 3
 """If this many of the lowest levels are missing, the list may be a window."""
 _CLEARLY, _TRIED = 0.8, 100
 """Hints need a misfit smaller than the largest that fits by this factor, and this many levels."""
+_FITTED = 5000
+"""Number of the last level beyond which no other radius is tried: too many scales fit one after another."""
 _MOST_NOISE, _MUCH_NOISE = 0.5, 0.1
 """Largest scatter of levels, in mean spacings, and the scatter from which on a wrong radius may be missed."""
 _LARGEST_ERROR = 0.005
 """Largest relative error of a radius."""
-_EVERY = 0.8
-_MARGIN = 0.3
-"""Range of k beyond the ends of a list for which the staircase is computed."""
-
-
-def levels_from_zero(
-    connection: Connection, a: float, parity: Parity | str | None = None, k_max: float | None = None
-) -> Levels:
-    """Return the stored levels from k = 0 to the first gap, or to `k_max` below it (`Catalogue.levels`)."""
-    parities = parities_of(one_parity(parity))
-    windows_of = {one: stored_levels(connection, a, one) for one in parities}
-    ends = {one: next(ranges_not_stored(windows, 0.0, math.inf))[0] for one, windows in windows_of.items()}
-    last = min(ends.values())
-    high = last if k_max is None else k_max
-    if k_max is not None and not k_max > 0:
-        raise InputError(f"k_max {k_max:g}: give a number above 0")
-    if not 0 < high <= last:
-        asked = 30 if k_max is None else k_max
-        of = "" if parity is None else f" of parity {parity}"
-        stored = (
-            f"levels{of} are stored up to k = {last:g}" if last else f"no levels{of} are stored from k = 0 on"
-        )
-        command = f"'orbitdb levels --k 0:{asked:g} --a {format_float(a)}'"
-        if any(ends.values()) and not last:
-            some = ", ".join(one for one, end in ends.items() if end)
-            raise NotStoredError(
-                f"only {some} levels are stored at a = {format_float(a)}: choose one parity, or find "
-                f"the others with {command}"
-            )
-        raise NotStoredError(f"{stored} at a = {format_float(a)}: {command} finds them")
-    return Levels.joined(a, 0.0, high, windows_of)
-
-
-def levels_to_gap(connection: Connection, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
-    """Return the stored levels from k = 0 to the first gap, and the k of this gap; None without levels."""
-    try:
-        levels = levels_from_zero(connection, a, parity)
-    except InputError:
-        return None
-    return levels.k, levels.high
-
-
-def levels_from_orbits(
-    connection: Connection,
-    a: float,
-    k_max: float | None = None,
-    parities: Iterable[Parity] = tuple(Parity),
-) -> Levels:
-    """Return the levels computed from the stored orbits (`Catalogue.levels`)."""
-    stadium, named = Stadium(a), tuple(parities)
-    classes, highest = classes_for_levels(connection, stadium.a)
-    reliable = min(reliable_end(stadium, parity) for parity in named)
-    end = math.floor(reliable * 10) / 10 if k_max is None else float(k_max)
-    if not 0 < end <= _MOST_K:
-        raise InputError(f"k up to {end:g}: give a k above 0 and up to {_MOST_K:g}")
-    windows = {}
-    for parity in named:
-        k, error = levels_of(staircase(stadium, classes, end + 1.0, parity), end)
-        windows[parity] = [LevelWindow(stadium.a, parity, 0.0, end, 0, k, error)]
-    basis = [
-        f"from {several(len(classes), 'class', 'classes')} of orbits up to period {highest}, "
-        f"with cutoffs X = {CUTOFFS[0]:g} to {CUTOFFS[-1]:g}"
-    ]
-    if highest < _ENOUGH:
-        basis.append(
-            f"period {_ENOUGH} reduces the errors: 'orbitdb fill --p {_ENOUGH} --a {format_float(stadium.a)}'"
-        )
-    if end > reliable:
-        basis.append(f"above k = {reliable:.1f} the rms error is more than a fifth of the mean spacing")
-    return replace(Levels.joined(stadium.a, 0.0, end, windows), basis="; ".join(basis))
-
-
-def stored_counterparts(connection: Connection, levels: Levels) -> list[float | None]:
-    """Return, for each level from orbits, the stored level with the same number, or None."""
-    exact_k: dict[tuple[str, int], float] = {}
-    for parity in levels.parities:
-        for window in stored_levels(connection, levels.a, parity):
-            exact_k.update(((str(parity), window.below + n), k) for n, k in enumerate(window.k.tolist(), 1))
-    numbers = dict.fromkeys(map(str, levels.parities), 0)
-    values = []
-    for parity in levels.parity.tolist():
-        numbers[parity] += 1
-        values.append(exact_k.get((parity, numbers[parity])))
-    return values
-
-
-def classes_for_levels(connection: Connection, a: float) -> tuple[OrbitClasses, int]:
-    """Return the orbits at a, and the period up to which all are filled; raise if this period is too low."""
-    if not LEAST_A <= a <= LARGEST_A:
-        raise InputError(
-            f"no levels at a = {format_float(a)}: give a half length from {LEAST_A:g} to {LARGEST_A:g}"
-        )
-    classes, highest = read_orbits(connection, Selection(a))
-    if highest < _LEAST:
-        raise NotStoredError(
-            f"periods are complete only up to {highest} at a = {format_float(a)}, but levels need {_LEAST} "
-            f"or more: 'orbitdb fill --p {_ENOUGH} --a {format_float(a)}' finds their orbits"
-        )
-    return classes, highest
-
-
-def read_orbits(connection: Connection, chosen: Selection) -> tuple[OrbitClasses, int]:
-    """Return the chosen orbits by class, with their symmetries and representatives, and the highest period.
-
-    All periods up to the highest one are filled (`highest_filled`).
-    """
-    statuses = (Status.ORBIT, Status.BOUNDARY)
-    classes = read_classes(connection, replace(chosen, statuses=statuses), ("symmetry", "representative"))
-    if not len(classes):
-        raise no_orbits(chosen.a)
-    return classes, highest_filled(read_fills(connection, chosen.a), chosen)
 
 
 def read_spectrum(
@@ -243,8 +129,8 @@ def assess_levels(
         k = levels_from_zero(connection, stadium.a, of).k
     once, twins = without_twins(as_levels(k), stadium, of)
     levels = check_levels(once, stadium, of, window)
-    classes, _ = classes_for_levels(connection, stadium.a)
-    orbits = orbits_for(stadium, classes, of, levels, window, widest(radius_error))
+    classes, period = classes_for_levels(connection, stadium.a)
+    orbits = orbits_for(stadium, classes, of, levels, window, widest(radius_error), period)
     assessment = assess(levels, orbits, stadium, of, window, fit_radius, radius_error, noise)
     notes = [_on_twins(twins, len(levels))] if twins else []
     if noise >= _MUCH_NOISE:
@@ -278,9 +164,9 @@ def _check_errors(noise: float, radius_error: float | None) -> None:
 
 def _on_twins(pairs: int, levels: int) -> str:
     """Return a note on levels that stand twice in a list."""
-    if pairs >= _EVERY * levels:
+    if pairs == levels:
         return "every level stands twice in the list: each pair counts as one level"
-    return f"{several(pairs, 'level')} stand twice in the list: each pair counts as one level"
+    return f"{pairs} of {several(levels, 'level')} stand twice in the list: each pair counts as one level"
 
 
 def _hints(connection: Connection, assessment: Assessment, classes: OrbitClasses, k: Floats) -> list[str]:
@@ -300,7 +186,7 @@ def _hints(connection: Connection, assessment: Assessment, classes: OrbitClasses
     hints = []
     if assessment.at_limit:
         hints.append("the fit of the radius failed: the radius is off by more than half a per cent")
-    elif assessment.scale == 1 and better(stadium, classes, of, True):
+    elif assessment.scale == 1 and weyl(stadium, of)(k[-1]) <= _FITTED and better(stadium, classes, of, True):
         hints.append(
             "they fit with another radius: 'orbitdb assess FILE --fit-radius' (in Python fit_radius=True) "
             "finds it"
@@ -345,35 +231,3 @@ def level_statistics(connection: Connection, a: float, levels: Mapping[Parity, F
         notes += notes_on_missing_levels(connection, a, k, parity)
     columns = columns_of(Statistics._fields, [*rows, *expected()])
     return Result(Selection(a), columns, (), tuple(notes))
-
-
-def notes_on_windows(levels: Levels, parts: Mapping[Parity, Sequence[LevelWindow]]) -> tuple[str, ...]:
-    """Return a line for each parity that compares its levels, found in some windows, with Weyl's law."""
-    notes, low, high = [], levels.low, levels.high
-    for parity, windows in parts.items():
-        below = min(part.below + int((part.k < low).sum()) for part in windows if part.high > low)
-        of_parity = levels.parity == str(parity)
-        own, error = levels.k[of_parity], levels.error[of_parity]
-        places = np.linspace(low, high, 2000)
-        smooth = weyl(Stadium(levels.a), parity)(places)
-        off = float((below + np.searchsorted(own, places) - smooth).mean())
-        worst = f", errors up to {error.max():.0e}" if len(own) else ""
-        count = several(len(own), "level")
-        notes.append(f"{parity}: {count}, none missing; on average {off:+.2f} from Weyl's law{worst}")
-    return tuple(notes)
-
-
-def orbits_for(
-    stadium: Stadium,
-    classes: OrbitClasses,
-    parity: Parity | None,
-    k: Floats,
-    window: bool = False,
-    wider: float = WIDEST,
-) -> Staircase:
-    """Return the staircase for comparison with the levels k; for a window, on its range only.
-
-    The range allows for radii wrong by the fraction `wider`.
-    """
-    low = max(float(k[0]) * (1 - 2 * wider) - _MARGIN, 0.0) if window else 0.0
-    return staircase(stadium, classes, float(k[-1]) * (1 + 2 * wider) + _MARGIN, parity, (CUTOFF,), low)
