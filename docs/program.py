@@ -10,7 +10,8 @@ Sphinx reads a page, `fill_in` inserts the public names and reveals the output o
 import inspect
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from enum import Enum
 from functools import partial
 from typing import Any
@@ -40,8 +41,29 @@ def renewed(text: str) -> str:
 
 
 def commands() -> str:
-    """Return Markdown with a section for every command: its help, its options and its examples."""
-    return "\n\n".join(_command(name, command) for name, command in command_list())
+    """Return Markdown with a section for every command, after the options that many commands share."""
+    listed = command_list()
+    shared = _shared(listed)
+    first = [
+        "## Options of several commands",
+        "",
+        "Each command below names those that it takes.",
+        "",
+        *_HEADING,
+        *sorted(shared, key=lambda row: shared[row].lstrip("-")),
+    ]
+    return "\n\n".join(["\n".join(first), *(_command(name, command, shared) for name, command in listed)])
+
+
+def _shared(listed: list[tuple[str, Any]]) -> dict[str, str]:
+    """Return the name of each option of at least `_MANY` commands by its row, the most frequent one."""
+    uses: dict[str, Counter[str]] = {}
+    for _, command in listed:
+        for each, row in zip(_shown(command.params), _rows(command.params), strict=True):
+            if each.param_type_name == "option":
+                uses.setdefault(each.opts[0], Counter())[row] += 1
+    most = {name: rows.most_common(1)[0] for name, rows in uses.items()}
+    return {row: name for name, (row, count) in most.items() if count >= _MANY}
 
 
 def command_list(hidden: bool = False) -> list[tuple[str, Any]]:
@@ -54,7 +76,10 @@ def command_list(hidden: bool = False) -> list[tuple[str, Any]]:
     return [(name, command) for name, command in known.items() if hidden or not command.hidden]
 
 
-def _command(name: str, command: Any) -> str:
+def _command(name: str, command: Any, shared: Mapping[str, str]) -> str:
+    rows = [*_rows(command.params)]
+    own = [row for row in rows if row not in shared]
+    others = ", ".join(f"`{shared[row]}`" for row in rows if row in shared)
     arguments = [each for each in command.params if each.param_type_name == "argument"]
     names = "".join(f" {_placeholder(each)}" for each in arguments)
     return "\n".join([
@@ -65,7 +90,8 @@ def _command(name: str, command: Any) -> str:
         "",
         _paragraphs(command.help),
         "",
-        *_table(command.params),
+        *([*_HEADING, *own, ""] if own else []),
+        f"{'Also' if own else 'Options'}, as [above](#options-of-several-commands): {others or 'none'}.",
         "",
         *_epilog(command.epilog or ""),
     ])  # fmt: skip
@@ -85,12 +111,19 @@ def _plain(text: str) -> str:
     return re.sub(r"([\\*_<>\[\]|$`])", r"\\\1", " ".join(text.split()))
 
 
-def _table(params: list[Any]) -> Iterator[str]:
-    yield "| option | means | takes | default |"  # on a narrow screen, the end of a row is out of sight
-    yield "|---|---|---|---|"
-    for each in params:
-        if getattr(each, "hidden", False):
-            continue
+_HEADING = ("| option | means | takes | default |", "|---|---|---|---|")
+"""The columns of a table of options; on a narrow screen, the end of a row is out of sight."""
+_MANY = 3
+"""Number of commands from which on they share an option."""
+
+
+def _shown(params: list[Any]) -> list[Any]:
+    return [each for each in params if not getattr(each, "hidden", False)]
+
+
+def _rows(params: list[Any]) -> Iterator[str]:
+    """Yield a row of the table of options for each parameter of a command."""
+    for each in _shown(params):
         names = ", ".join(f"`{name}`" for name in (*each.opts, *each.secondary_opts))
         if each.param_type_name == "argument":
             names = f"`{_placeholder(each)}`"
