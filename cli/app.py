@@ -132,6 +132,17 @@ class Command(TyperCommand):
 class Group(TyperGroup):
     """The program, whose help groups the commands into panels."""
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the arguments; a shell after ``--show-completion`` or ``--install-completion`` is that meant.
+
+        Typer would take the shell that runs this program.
+        """
+        for option in self.get_params(ctx):
+            named = len(args) == 2 and args[0] in option.opts and args[0].endswith("-completion")
+            if named and option.callback is not None:
+                option.callback(ctx, option, args[1])  # ends the program
+        return super().parse_args(ctx, args)
+
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands panel by panel, one per line."""
         for panel, commands in PANELS.items():
@@ -173,8 +184,20 @@ def program(commands: Sequence[str] = tuple(_MODULES)) -> typer.Typer:
     app.callback()(_options)
     for name in commands:
         module = import_module(f"orbitdb.cli.commands.{_MODULES[name]}")
-        app.command(name, cls=Command, epilog=_epilog(module, name))(with_groups(getattr(module, name)))
+        command = with_groups(getattr(module, name))
+        if command.__doc__ is None:  # python -OO
+            command.__doc__ = _docstring(module, name)
+        app.command(name, cls=Command, epilog=_epilog(module, name))(command)
     return app
+
+
+def _docstring(module: Any, name: str) -> str | None:
+    """Return the docstring of a function from its source."""
+    import ast
+    from inspect import getsource
+
+    functions = [node for node in ast.parse(getsource(module)).body if isinstance(node, ast.FunctionDef)]
+    return next(ast.get_docstring(node) for node in functions if node.name == name)
 
 
 def _epilog(module: Any, name: str) -> str:

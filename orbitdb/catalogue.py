@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import Rows
-from orbitdb.errors import InputError, StoreError, check_int
+from orbitdb.errors import InputError, StoreError, as_texts, check_int, check_text
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, nobody, telling
 from orbitdb.store.connection import ClosedError, Connection, never
@@ -260,6 +260,7 @@ class Catalogue:
         """
         from orbitdb.answers.sql_result import SqlResult
 
+        check_text("statement", statement, "SELECT max(p) FROM catalogue")
         return SqlResult(self.snapshot, self._moment, statement, parameters or {})
 
     def a_values(self, *, orbits: bool = False, with_levels: bool = False) -> list[float]:
@@ -469,9 +470,8 @@ class Catalogue:
         first = check_int("offset", offset, 0)
         most = None if limit is None else check_int("limit", limit, 0)
         chosen = self._several(selection, criteria)
-        names = (
-            VIEWED if columns is None else tuple(columns.split(",") if isinstance(columns, str) else columns)
-        )
+        given = columns.split(",") if isinstance(columns, str) else columns
+        names = VIEWED if given is None else tuple(as_texts("columns", given))
         return Listing(self.snapshot, self._moment, chosen, names, order, most, first, classes)
 
     @with_criteria
@@ -507,7 +507,7 @@ class Catalogue:
         """
         from orbitdb.answers.histogram import tally
 
-        return self._answer(tally, selection, criteria, tuple(columns))
+        return self._answer(tally, selection, criteria, tuple(as_texts("columns", columns)))
 
     @with_criteria
     def histogram(
@@ -715,7 +715,9 @@ class Catalogue:
         from orbitdb.answers.dataset import write_dataset
 
         with telling(progress, "dataset") as tell, self._reading() as connection:
-            return write_dataset(connection, Path(folder), self._several(selection, criteria), force, tell)
+            return write_dataset(
+                connection, home_expanded(folder), self._several(selection, criteria), force, tell
+            )
 
     def copy(self, target: Path | str, *, force: bool = False) -> None:
         """Copy the whole catalogue to a new file, as it is at this moment, even while others write to it.
@@ -955,7 +957,7 @@ class Catalogue:
         from orbitdb.store.periods import read_fills
 
         at, wanted = self._at(a), () if periods is None else chosen_periods(periods)
-        single = [filling.check_word(word) for word in ([words] if isinstance(words, str | int) else words)]
+        single = [filling.check_word(word) for word in as_texts("words", words)]
         if not wanted and not single:
             raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
         if geometric and not wanted:
@@ -1110,7 +1112,7 @@ class Catalogue:
         jobs: int | None = None,
         store: bool = True,
         progress: Tell = nobody,
-        a: float | Sequence[float] | None = None,
+        a: float | Iterable[float] | None = None,
     ) -> "Generator[EntropyBounds]":
         """Yield bounds on the topological entropy from longer and longer windows, and store them.
 
@@ -1129,7 +1131,7 @@ class Catalogue:
         """
         from orbitdb.filling.bounds import find_bounds
 
-        values = [self._at(one) for one in (a if isinstance(a, Sequence) else [a])]
+        values = [self._at(one) for one in (a if isinstance(a, Iterable) else [a])]
         path = self.path if store else None
         return find_bounds(path, values, edges, width, seconds, proofs, jobs, progress)
 
@@ -1392,6 +1394,8 @@ class Catalogue:
         with self._reading() as connection:
             if levels is None:
                 levels = {of: levels_from_zero(connection, at, of).k for of in parities_of(parity)}
+            if not isinstance(levels, Mapping):
+                raise InputError("levels: give the levels of each parity, such as {'oo': k}")
             own = {of: check_levels(k, Stadium(at), of) for of, k in levels.items()}
             return level_statistics(connection, at, own)
 

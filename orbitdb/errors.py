@@ -33,6 +33,29 @@ def check_int(name: str, value: Any, least: float = 1) -> int:
     return int(value)
 
 
+def check_number(name: str, value: Any) -> None:
+    """Raise `InputError`, which names the value, unless it is a real number."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InputError(f"{name} = {value!r:.40}: give a number")
+
+
+def check_text(name: str, value: Any, example: str) -> None:
+    """Raise `InputError`, which names the value and gives an example, unless it is a text."""
+    if not isinstance(value, str):
+        raise InputError(f"{name} = {value!r:.40}: give a text such as {example!r}")
+
+
+def as_texts(name: str, values: Any) -> list[str]:
+    """Return the given texts as a list; a single one is a list of its own.
+
+    Raises `InputError`, which names the values, if they are not a text or several.
+    """
+    try:
+        return [values] if isinstance(values, str) else [*values]
+    except TypeError:
+        raise InputError(f"{name} = {values!r:.40}: give a text, or a list of texts") from None
+
+
 def as_floats(values: Any, help: str) -> "NDArray[np.float64]":
     """Return the given values as an array, without those that are masked (in rows, without such rows).
 

@@ -20,10 +20,10 @@ from orbitdb.store.lookup import WITH_ORBITS, a_values, default_among
 from orbitdb.store.periods import Fill, pruned_periods, read_birth_fills, read_fills, read_sweeps
 from orbitdb.store.select import asks_of_lives, parse_order
 from orbitdb.store.selection import Selection, SelectionError, written_periods
-from orbitdb.store.where import CODES_ARE_TEXTS, check, reads_codes
+from orbitdb.store.where import check, codes_are_texts, reads_codes
 from orbitdb.symbols.enumeration import MAX_PERIOD
-from orbitdb.symbols.pruning import count_admissible, count_primitive
-from orbitdb.text import format_float
+from orbitdb.symbols.pruning import count_admissible, count_primitive, rules_of_pattern
+from orbitdb.text import format_float, shortened
 
 if TYPE_CHECKING:
     from orbitdb.orbits.exponents import Tally
@@ -286,7 +286,12 @@ def nothing(connection: Connection, chosen: Selection, swept: bool = False) -> s
     if missing and not filled:
         return ""
     lacking = missing or lacking_births(connection, chosen) or partial_periods(connection, chosen)
-    hint = f"; {CODES_ARE_TEXTS}" if chosen.where is not None and reads_codes(chosen.where) else ""
+    hint = ""
+    if chosen.where is not None and reads_codes(chosen.where):
+        hint = f"; {codes_are_texts(chosen.where)}"
+    if chosen.contains is not None and (broken := rules_of_pattern(chosen.contains)):
+        rules = " and ".join(f"{rule.number} ({rule.sentence})" for rule in broken)
+        hint = f"; {shortened(chosen.contains)} breaks rule {rules}: only geometrically pruned words have it"
     return f"no {chosen.describe()}{' among the stored words' if lacking else ''}{hint}"
 
 

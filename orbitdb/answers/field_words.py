@@ -7,7 +7,7 @@ import numpy as np
 
 from orbitdb.answers.completeness import filled_periods, gaps, nothing
 from orbitdb.arrays import Indices, Words
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, as_texts
 from orbitdb.orbits.orbit import pruned_word
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import Connection
@@ -40,7 +40,7 @@ class PickedWords(NamedTuple):
 
 def named_words(words: str | Iterable[str], a: float) -> PickedWords:
     """Return given words; raise `InputError` if one of them cannot be followed from kappa = 0."""
-    codes = [followable(word, a) for word in ([words] if isinstance(words, str) else words)]
+    codes = [followable(word, a) for word in as_texts("words", words)]
     return PickedWords(Selection(a), _by_period(codes), (), [])
 
 

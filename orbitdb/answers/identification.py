@@ -10,7 +10,7 @@ from orbitdb.answers.completeness import complete_length, describe_fills, gaps
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import Record, Rows, data_frame
-from orbitdb.errors import InputError, check_int
+from orbitdb.errors import InputError, check_int, check_number
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status
@@ -217,7 +217,8 @@ def identify_trajectory(
     )
     sequence = to_strings(path.symbols[None])[0] if len(path) else ""
     ends = "" if start is None else _followed(path.first, len(path), bounces)
-    notes = tuple(filter(None, (ends, "" if orbits else _unshadowed(sequence))))
+    turns = "" if start is None else _turned(start[2])
+    notes = tuple(filter(None, (turns, ends, "" if orbits else _unshadowed(sequence))))
     return Trajectory(sequence, path.first, path.points, shadowed, len(orbits), notes)
 
 
@@ -227,6 +228,14 @@ def _followed(first: int, count: int, asked: int | None) -> str:
     if last >= wanted and first <= 1 - wanted:
         return ""
     return f"followed from bounce {first} to {last}; double precision does not determine the rest"
+
+
+def _turned(angle: float) -> str:
+    """Return a note if an angle may be in degrees, or ''."""
+    if abs(angle) <= 2 * math.pi:
+        return ""
+    degrees = f"{angle:g} degrees are {math.radians(angle):.6g}"
+    return f"the angle {angle:g} is beyond 2 pi: angles are in radians; {degrees}"
 
 
 def _unshadowed(sequence: str) -> str:
@@ -274,6 +283,7 @@ def identify_length(
 
 
 def _measure(name: str, value: float, most: float, zero: bool = False) -> float:
+    check_number(name, value)
     if not (0 < value <= most or (zero and value == 0)):
         least = "0" if zero else "0 (excluded)"
         raise InputError(f"{name} {value!s:.40}: give a number from {least} to {most:g}")

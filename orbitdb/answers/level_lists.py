@@ -17,7 +17,7 @@ from orbitdb.answers.stadium_levels import (
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import columns_of
-from orbitdb.errors import InputError, as_floats, check_int
+from orbitdb.errors import InputError, as_floats, check_int, check_number
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_length
 from orbitdb.quantum.bouncing_balls import family_terms
@@ -65,6 +65,7 @@ def read_spectrum(
 ) -> Spectrum:
     """Return the length spectrum (`Catalogue.spectrum`)."""
     x = _lengths(lengths, check_int("points", points, 0))
+    check_number("k_max", k_max or 0)
     if k_max is not None and not 1 <= k_max <= _LARGEST_K_MAX:
         raise InputError(f"k_max {k_max:g}: give 1 to {_LARGEST_K_MAX}")
     stadium, of = Stadium(a), one_parity(parity)
@@ -151,10 +152,12 @@ def assess_levels(
 
 def _check_errors(noise: float, radius_error: float | None) -> None:
     """Raise `InputError` unless the scatter of the levels and the error of the radius are small enough."""
+    check_number("noise", noise)
     if not 0 <= noise <= _MOST_NOISE:
         raise InputError(
             f"noise {noise:g}: give the scatter of the levels in mean spacings, 0 to {_MOST_NOISE:g}"
         )
+    check_number("radius_error", radius_error or 0)
     if radius_error is not None and not 0 < radius_error <= _LARGEST_ERROR:
         raise InputError(
             f"the relative error of the radius (--radius, in Python radius_error) is {radius_error:g}: "

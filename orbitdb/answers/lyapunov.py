@@ -33,7 +33,7 @@ from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.sum_rules import SumRules
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import Column
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, check_number
 from orbitdb.orbits.least_values import least_exponent
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.connection import Connection
@@ -188,7 +188,7 @@ def lyapunov_of_rows(subset: CompletePeriods, weight: str = "exp") -> Result:
 
 
 def _weight(name: str) -> Weight:
-    if name not in set(Weight):
+    if name not in list(Weight):
         raise InputError(f"weight {name!r}: use {' or '.join(Weight)}")
     return Weight(name)
 
@@ -215,7 +215,8 @@ def _without_orbits(a: float) -> str:
 
 
 def _up_to(subset: CompletePeriods, cut: float, weight: Weight, notes: list[str], tell: Tell) -> Result:
-    if isinstance(cut, bool) or not 0 < cut <= _LARGEST_CUT:
+    check_number("cut", cut)
+    if not 0 < cut <= _LARGEST_CUT:
         raise InputError(f"cut {cut}: give a lambda above 0 and up to {_LARGEST_CUT}, such as 9")
     rows, a = subset.classes, subset.selection.a
     if weight is Weight.DETERMINANT and (most := pseudocycles.largest_cut(rows, cut, MOST_FACTORS)) < cut:

@@ -169,6 +169,9 @@ class Births(Drawn, Rows[Life]):
     _FIGURES = ("births",)
     notes: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        return "\n".join([super().__repr__(), *self.notes])
+
     def ended(self) -> Iterator[tuple[Any, ...]]:
         """Yield the lives that end, by word, as rows with the columns `ENDED`.
 

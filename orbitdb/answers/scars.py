@@ -9,7 +9,7 @@ import numpy as np
 from orbitdb.answers.completeness import no_orbits
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, check_number
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.solve import solve_word
 from orbitdb.orbits.status import Status
@@ -77,6 +77,8 @@ def scars_of(
     """
     if order not in ORDERS:
         raise InputError(f"order {order!r:.40}: use {', '.join(ORDERS)}")
+    for end in (low, low if high is None else high):
+        check_number("k", end)
     if high is not None and not 0 <= low < high < np.inf:
         raise InputError(f"k from {low:g} to {high:g} is not a range: give the lower end first")
     scars = []

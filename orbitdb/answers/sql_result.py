@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from orbitdb.columns import Row
 from orbitdb.display import MOST_SHOWN, columns_of, data_frame, html_of, text_table
 from orbitdb.store.connection import Connection
-from orbitdb.store.where import CODES_ARE_TEXTS, reads_codes, run_statement
+from orbitdb.store.where import codes_are_texts, reads_codes, run_statement
 from orbitdb.text import shortened
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class SqlResult:
     @property
     def absent(self) -> str:
         """What to say if the statement finds no row; if it reads codes, also how to write them."""
-        return f"no rows; {CODES_ARE_TEXTS}" if reads_codes(self.statement) else "no rows"
+        return f"no rows; {codes_are_texts(self.statement)}" if reads_codes(self.statement) else "no rows"
 
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows; BLOBs become hexadecimal digits."""

@@ -10,7 +10,7 @@ from orbitdb.answers.complete_periods import read_classes
 from orbitdb.answers.completeness import highest_filled, no_orbits
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, NotStoredError
+from orbitdb.errors import InputError, NotStoredError, check_number
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import Status
 from orbitdb.quantum.comparison import CUTOFF
@@ -40,6 +40,7 @@ def levels_from_zero(
     ends = {one: next(ranges_not_stored(windows, 0.0, math.inf))[0] for one, windows in windows_of.items()}
     last = min(ends.values())
     high = last if k_max is None else k_max
+    check_number("k_max", high)
     if k_max is not None and not k_max > 0:
         raise InputError(f"k_max {k_max:g}: give a number above 0")
     if not 0 < high <= last:
@@ -78,7 +79,8 @@ def levels_from_orbits(
     stadium, named = Stadium(a), tuple(parities)
     classes, highest = classes_for_levels(connection, stadium.a)
     reliable = min(reliable_end(stadium, parity) for parity in named)
-    end = math.floor(reliable * 10) / 10 if k_max is None else float(k_max)
+    end = math.floor(reliable * 10) / 10 if k_max is None else k_max
+    check_number("k_max", end)
     if not 0 < end <= _MOST_K:
         raise InputError(f"k up to {end:g}: give a k above 0 and up to {_MOST_K:g}")
     windows = {}

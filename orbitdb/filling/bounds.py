@@ -1,5 +1,6 @@
 """Find bounds on the topological entropy, and store them."""
 
+import logging
 import math
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing, nullcontext
@@ -11,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy_bounds.bounds import BALLS, DOUBLES, EntropyBounds, enclose, search
 from orbitdb.entropy_bounds.verdicts import decide
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, check_number
+from orbitdb.filling.estimate import about
 from orbitdb.filling.workers import at_work
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.storing import keep_bounds
@@ -26,6 +28,12 @@ _USUAL_WINDOW = 14
 """Default number of edges of the longest windows for entropy bounds."""
 _SECONDS_OF_BOUNDS = 0.4
 """Approximate time to find entropy bounds at a single a with the default windows."""
+
+_TIMES_LONGER = 1.8
+"""Factor by which each further edge lengthens this."""
+
+_LONG = 60.0
+"""Searches that may take this long, in seconds, say so first."""
 
 Limits = tuple[int | None, float, float]
 """Limits that end a search for bounds: edges of the longest windows, width of the bounds, time in seconds."""
@@ -93,6 +101,10 @@ def _enclosed(
     values: Sequence[float], limits: Limits, proofs: "list[Proof] | None", jobs: int | None, tell: Tell
 ) -> Iterator[tuple[EntropyBounds, str | None]]:
     """Yield bounds, each time with the arithmetic that computed them, or None if this process did."""
+    if limits[-1] == math.inf and (takes := len(values) * _time_at_one_a(limits[0])) >= _LONG:
+        logging.getLogger("orbitdb").warning(
+            "windows of %s edges take %s of processor time", limits[0], about(takes)
+        )
     judges: list[Proof | None] = [None] * len(values)
     if proofs is not None:
         from orbitdb.entropy_bounds import proof  # loads flint, which double precision does not need
@@ -104,7 +116,7 @@ def _enclosed(
         judge = decide if judges[0] is None else judges[0].decide
         yield from ((level, None) for level in search(Stadium(values[0]), *limits, tell, judge))
         return
-    seconds = _SECONDS_OF_BOUNDS * 1.8 ** ((limits[0] or _USUAL_WINDOW) - _USUAL_WINDOW)
+    seconds = _time_at_one_a(limits[0])
     tasks = [partial(enclose, a, *limits, proof) for a, proof in zip(values, judges, strict=True)]
     with at_work(len(tasks) * seconds, jobs) as workers:
         for done, solved in enumerate(workers.solved(tasks), 1):
@@ -112,6 +124,11 @@ def _enclosed(
                 proofs += filter(None, [solved.proof])
             yield from ((level, solved.arithmetic) for level in solved.levels)
             tell(done, len(tasks), f"a = {format_float(solved.levels[-1].a)}")
+
+
+def _time_at_one_a(edges: int | None) -> float:
+    """Estimate the processor time, in seconds, for bounds at one a from windows of up to so many edges."""
+    return _SECONDS_OF_BOUNDS * _TIMES_LONGER ** ((edges or _USUAL_WINDOW) - _USUAL_WINDOW)
 
 
 def _limits(window: int | None, width: float | None, seconds: float | None) -> Limits:
@@ -122,6 +139,7 @@ def _limits(window: int | None, width: float | None, seconds: float | None) -> L
     if window is not None and window not in range(_FEWEST, MOST_EDGES + 1):
         raise InputError(f"windows of {window} edges: give a whole number from {_FEWEST} to {MOST_EDGES}")
     for name, limit in (("width", width), ("time", seconds)):
+        check_number(name, limit or 0)
         if limit is not None and not 0 < limit < math.inf:
             raise InputError(f"{name} {limit:g}: give a number above 0")
     most = int(window) if window else _USUAL_WINDOW if width is None and seconds is None else None

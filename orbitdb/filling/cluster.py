@@ -129,10 +129,14 @@ def _connect(scheduler: str) -> "Client":
 
 def _address(scheduler: str) -> str:
     """Return the address of the scheduler, read from its file if a file is given."""
-    if not os.path.isfile(scheduler):
+    if ":" in scheduler and not os.path.isfile(scheduler):
         return scheduler
     try:
         return str(json.loads(Path(scheduler).read_text())["address"])
+    except FileNotFoundError:
+        raise InputError(
+            f"there is no file {scheduler}: give the scheduler's file, or its address such as tcp://host:8786"
+        ) from None
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"{scheduler} was not written by a dask scheduler") from error
 

@@ -227,7 +227,7 @@ def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
 
 def check_method(method: str) -> None:
     """Raise `InputError` unless a method is one of `METHODS`."""
-    if method not in METHODS:
+    if method not in [*METHODS]:
         raise InputError(f"method {method!r:.40}: use {' or '.join(METHODS)}")
 
 

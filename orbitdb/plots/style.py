@@ -50,6 +50,7 @@ _LOOK: Any = {
     "text.usetex": False,  # all formulas are matplotlib's own, so that no figure needs LaTeX
     "mathtext.fontset": "dejavusans",
     "pdf.fonttype": 42,
+    "savefig.bbox": None,  # or a figure would not have the size that was asked for
     "svg.hashsalt": "orbitdb",
     "svg.fonttype": "none",  # text stays text
 }

@@ -18,7 +18,7 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.display import Drawn, Table, data_frame
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, check_number
 from orbitdb.quantum.condensation import Interiors, eigenfunctions, one_thread
 from orbitdb.quantum.elements import grid, quarter_stadium
 from orbitdb.quantum.weyl import Parity, parities_of, wavenumber, weyl
@@ -172,6 +172,8 @@ def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterat
     InputError
         If the half length or the range is outside the tested limits.
     """
+    for end in (low, high):
+        check_number("k", end)
     if not LEAST_A <= stadium.a <= LARGEST_A:
         raise InputError(
             f"levels cannot be computed at a = {format_float(stadium.a)}: "

@@ -19,6 +19,8 @@ def default_path() -> Path:
 
 def home_expanded(path: Path | str) -> Path:
     """Return a path with the home folder in place of ``~``, which shells leave as it is within quotes."""
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"path = {path!r:.40}: give the path of a file; a half length is a={path!r:.40}")
     if not os.fspath(path):
         raise InputError("the path is empty: name a file")
     if "\0" in str(path):

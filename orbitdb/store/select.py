@@ -20,7 +20,7 @@ from sqlalchemy.sql.base import ReadOnlyColumnCollection
 from orbitdb.arrays import Integers, Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import IN_CATALOGUE, WRITTEN, kind_of
-from orbitdb.errors import AlteredError
+from orbitdb.errors import AlteredError, check_text
 from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
@@ -377,6 +377,7 @@ def parse_order(order: str) -> dict[str, bool]:
 
     Raises `SelectionError` if the text cannot be read or names an unknown column.
     """
+    check_text("order", order, "length desc")
     keys: dict[str, bool] = {}
     for part in order.split(","):
         key = _ORDER.fullmatch(part.strip())

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias, TypedDict, TypeVar, Unpack
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, check_text
 from orbitdb.orbits.status import STORED, Status
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.symmetry import NAMES, label, smallest_group
@@ -96,10 +96,9 @@ class Selection:
         where, reversal = given.get("where"), given.get("time_reversal")
         if not isinstance(where, str | None):
             raise SelectionError(f"where {where!r:.40}: give an SQL expression such as 'lambda_c < 0.4'")
-        if not isinstance(given.get("parameters", {}), Mapping):
-            raise SelectionError("parameters: give a dict of values for the names in where")
-        if given.get("parameters") and where is None:
-            names = ", ".join(given["parameters"])
+        parameters = plain_values(given.get("parameters", {}))
+        if parameters and where is None:
+            names = ", ".join(parameters)
             raise SelectionError(f"{names}: parameters are for names in where, which is not given")
         if reversal not in (None, *REVERSALS):
             raise SelectionError(f"reversal {reversal!r}: use self or pair")
@@ -116,7 +115,7 @@ class Selection:
             not_at=_each(given, "not_at", _half_length),
             ranges={name: bounds for name, bounds in ranges.items() if bounds != (None, None)},
             where=where,
-            parameters=plain_values(given.get("parameters", {})),
+            parameters=parameters,
         )
 
     def includes(self, p: int) -> bool:
@@ -287,6 +286,8 @@ def _pair(name: str, bounds: object) -> Bounds:
 
 def plain_values(parameters: Mapping[str, object]) -> dict[str, str | int | float]:
     """Return values of names in SQL as texts and numbers that SQLite stores as such."""
+    if not isinstance(parameters, Mapping):
+        raise SelectionError(f"parameters = {parameters!r:.40}: give a dict of values for names in the SQL")
     if odd := [name for name in parameters if not str(name).isidentifier()]:
         raise SelectionError(f"parameters: {odd[0]!r:.40} is not a name such as :cut")
     return {name: plain_value(name, value) for name, value in parameters.items()}
@@ -398,6 +399,7 @@ def parse_bounds(texts: Iterable[str]) -> dict[str, Bounds]:
 
 def parse_symmetry(text: str) -> str:
     """Read a symmetry label: elements in any order, such as ``x,T,xT``, or ``1`` for no symmetry."""
+    check_text("symmetry", text, "x,T,xT")
     names = {part.strip() for part in text.split(",")}
     if names == {"1"}:
         return "1"

@@ -285,6 +285,7 @@ def _fetched(
 
 def _refusal(sql: str, message: str, what: str) -> str:
     """Return a message that says which SQL was refused, why, and what to change."""
+    message = _as_typed(message, sql)
     _, no_table, name = message.partition("no such table: ")
     if no_table:
         message = f"{message}: {guess(name, READABLE)}it can read {', '.join(READABLE)}"
@@ -311,9 +312,24 @@ def _check_names(asked: _Asked) -> None:
 # words in SQL
 
 
-CODES_ARE_TEXTS = (
-    "codes are texts, each the least rotation of its word: write words with code(), such as code('31')"
+_AS_TYPED = re.compile(
+    r"\b(?:code|representative|word)\s*(?:[=<>!]+|in\s*\()\s*'?([0-5]{2,})\b", re.IGNORECASE
 )
+_WITH_ZEROS = re.compile(r"(?<![\w.])0+([1-9][0-9]*)(?![\w.])")
+
+
+def codes_are_texts(sql: str) -> str:
+    """Return a sentence that says how to write the words in an expression or a statement, if it has any."""
+    typed = _AS_TYPED.search(sql)
+    example = f"code('{typed[1] if typed else '31'}')"
+    return f"codes are texts, each the least rotation of its word: write words with code(), such as {example}"
+
+
+def _as_typed(message: str, sql: str) -> str:
+    """Give the numbers in a message the zeros with which they begin in SQL, which SQLite drops."""
+    for typed in _WITH_ZEROS.finditer(_LEXED.sub("", sql)):
+        message = re.sub(rf"(?<![\w.]){typed[1]}(?![\w.])", typed[0], message)
+    return message
 
 
 def reads_codes(sql: str) -> bool:

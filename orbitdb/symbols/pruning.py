@@ -77,6 +77,15 @@ def rules_of(word: str) -> list[int]:
     return rule_numbers(int(rules_broken(from_strings([word]))[0]))
 
 
+def rules_of_pattern(pattern: str) -> list[Rule]:
+    """Return the rules that every word with these consecutive symbols breaks."""
+    state, broken = _first(int(pattern[0])), set[int]()
+    for symbol in pattern[1:]:
+        state, new = _follow(state, int(symbol))
+        broken |= new
+    return [rule for rule in RULES if rule.number in broken]
+
+
 def need_admissible(words: object) -> None:
     """Raise `WordError` unless the argument is an array of admissible words, shape (N, p).
 

@@ -95,7 +95,9 @@ def _repeat_last(terms: list[str], power: str, size: int, where: str) -> int:
         raise WordError(f"'^0' at {where}: repeat at least once")
     growth = (count - 1) * len(terms[-1])
     if size + growth > MAX_ORDER:
-        raise WordError(f"the power at {where} makes the code more than {MAX_ORDER} symbols long")
+        raise WordError(
+            f"the power ^{shortened(power)} at {where} makes the code more than {MAX_ORDER} symbols long"
+        )
     terms[-1] *= count
     return growth
 

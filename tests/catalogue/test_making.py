@@ -178,7 +178,7 @@ def test_a_bare_text_is_one_word(empty):
 
 
 def test_words_are_texts(empty):
-    with pytest.raises(InputError, match="a code is a string"):
+    with pytest.raises(InputError, match="words = 1232131: give a text, or a list"):
         empty.fill(words=1232131)
 
 

@@ -124,3 +124,12 @@ def test_ctrl_c_still_shows_the_rows_computed_so_far():
     header, first, *_ = session.lines
     assert (header.split(), first.split()[1]) == (KEYS, "2")
     assert "orbitdb: interrupted" in session.text
+
+
+def test_long_windows_begin_with_the_time_that_they_take(cli):
+    """The estimate precedes the search, which is cut short here by the width."""
+    found = cli("bounds", "--window", "40", "--width", "2", "--format", "csv")
+    first, *_ = found.err.splitlines()
+    assert first == "windows of 40 edges take about 20 days of processor time"
+    assert "take about" not in cli("bounds", "--window", "40", "--width", "2", "--time", "9").err
+    assert "take about" not in cli("bounds", "--width", "2").err

@@ -93,3 +93,11 @@ def test_completion_offers_nothing_from_a_file_that_is_not_a_catalogue(tmp_path)
     context: Any = SimpleNamespace(params={"db": path})
     assert offered_half_lengths(context) == []
     assert offered_several_half_lengths(context) == ["all"]
+
+
+def test_the_completion_of_another_shell_is_that_shells(cli):
+    assert "compdef _orbitdb_completion orbitdb" in cli("--show-completion", "zsh").out
+    assert "complete -o default -F _orbitdb_completion orbitdb" in cli("--show-completion", "bash").out
+    other = cli("--show-completion", "tcsh")
+    assert (other.code, other.out) == (1, "")
+    assert "tcsh" in other.err

@@ -100,3 +100,10 @@ def test_a_table_of_orbits_of_a_length_fits_the_screen(cli, filled):
     assert len(table.out.splitlines()) == 1 + 40
     assert f"; 40 shown, --limit {len(every) - 1} shows all" in table.err
     assert len(cli(*asked, "--limit", "50").out.splitlines()) == 1 + 50
+
+
+def test_an_angle_in_degrees_is_noticed(cli):
+    asked = ("identify", "--a", "1.6", "--bounces", "5", "--json", "--start")
+    degrees = cli(*asked, "0,0,80")
+    assert "the angle 80 is beyond 2 pi: angles are in radians; 80 degrees are 1.39626" in degrees.err
+    assert "radians" not in cli(*asked, "0,0,-6.2").err

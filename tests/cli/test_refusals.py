@@ -27,6 +27,8 @@ query --p 3 --p 4 | 2 | --p is given 2 times: give it once (
 
 query --code 1717 | 2 | '7' at position 2
 query --code 1^ | 2 | needs a number
+query '1(02)^2999999' | 2 | the power ^2999999 at position 6
+fill --p 4 --scheduler nowhere.json | 2 | there is no file nowhere.json | tcp://host:8786
 query --code 13 --a 0 | 2 | half length
 query --p 2-1 | 2 | backwards: the least period is 2
 query --status lost | 2 | lost

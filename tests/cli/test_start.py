@@ -1,5 +1,6 @@
 """What a command imports before it works; no files left open and no warnings, with -W error -X dev."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -157,3 +158,10 @@ def test_the_source_folder_runs_without_installation(tmp_path):
     command = [sys.executable, "-c", AS_A_MODULE, "migrate", "--db", str(tmp_path / "new.db")]
     done = subprocess.run(command, cwd=root, capture_output=True, text=True)
     assert (done.returncode, done.stderr.count("created, schema")) == (0, 1), done.stderr
+
+
+def test_help_describes_the_command_even_without_docstrings():
+    usual, bare = (python(f"from orbitdb.cli.main import run; run() # {level}", "sql", "--help",
+                          env={**os.environ, "PYTHONOPTIMIZE": level}) for level in ("0", "2"))  # fmt: skip
+    assert bare == usual
+    assert "  Run one SELECT statement on the catalogue, over all values of a." in bare

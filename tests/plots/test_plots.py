@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import processes
 import pytest
+from matplotlib import rc_context
+from matplotlib.image import imread
 from quick import slow_but
 from there import there
 
@@ -58,6 +60,14 @@ def test_files_match_their_extensions_and_are_reproducible(tmp_path, ending, hea
     first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in "ab")
     assert first.startswith(head)
     assert first == second
+
+
+def test_a_figure_has_its_size_whatever_the_users_style_says(tmp_path):
+    with rc_context({"savefig.bbox": "tight"}):
+        with style.figure(4, 3) as made:
+            made.add_subplot().plot([0, 1])
+        style.save(made, tmp_path / "a.png", "png", "a line", dpi=100)
+    assert imread(tmp_path / "a.png").shape[:2] == (300, 400)
 
 
 def test_exponents_at_several_a_are_compared_by_the_best_method_of_each(ax):

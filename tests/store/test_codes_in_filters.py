@@ -1,5 +1,8 @@
 """Codes in expressions find words in any rotation; errors in expressions are reported."""
 
+import itertools
+
+import numpy as np
 import pytest
 from there import there
 
@@ -7,6 +10,7 @@ from orbitdb import Catalogue
 from orbitdb.filling.fill import fill_word
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import parse_parameters
+from orbitdb.symbols.pruning import rule_numbers, rules_broken, rules_of_pattern
 from orbitdb.symbols.symmetry import members
 from orbitdb.symbols.words import least_rotation, parse
 
@@ -184,11 +188,17 @@ def test_sqlite_reads_expressions(catalogue, where, found):
     assert {row.code for row in catalogue.select(where=where)} == found
 
 
-@pytest.mark.parametrize("where", ["code = 13", "code = 013", "code IN ('31')", "code = :w"])
-def test_codes_that_find_nothing_are_explained(cli, varied, where):
+@pytest.mark.parametrize(
+    ("where", "word"),
+    [("code = 13", "13"), ("code = 013", "013"), ("code IN ('31')", "31"), ("code = :w", "31")],
+)
+def test_codes_that_find_nothing_are_explained(cli, varied, where, word):
     """A number is not a code, and a rotation of a code is none; one sentence says so."""
     values = ["--parameter", "w=+13"] if ":w" in where else []
-    said = "codes are texts, each the least rotation of its word: write words with code(), such as code('31')"
+    said = (
+        "codes are texts, each the least rotation of its word: write words with code(), such as "
+        f"code('{word}')"
+    )
     assert cli("query", "--where", where, *values, "--db", str(varied)).says(1, said)
     assert said not in cli("query", "--where", "p = 2 and length < 0", "--db", str(varied)).err
     statement = f"SELECT code FROM catalogue WHERE {where}"
@@ -228,3 +238,39 @@ def test_digits_that_could_be_either_are_refused(sql):
 def test_a_number_is_not_a_word(catalogue):
     assert catalogue.count(where="code = :w", parameters={"w": 13}) == 0
     assert catalogue.count(where="code = :w", parameters={"w": "13"}) == 1
+
+
+@pytest.mark.parametrize(
+    ("where", "said"),
+    [
+        ("contains(code, 0202)", "codes are texts, so write '0202', in quotes"),
+        ("code = code(0013)", "codes are texts, so write '0013', in quotes"),
+        ("code = 031", "such as code('031')"),
+        ("p = 03 and code IN (031, 13)", "such as code('031')"),
+        ("code = '310'", "such as code('310')"),
+        ("code > ''", None),
+    ],
+)
+def test_messages_name_the_words_as_they_were_typed(cli, own, where, said):
+    found = cli("query", "--where", where)
+    assert found.code == (0 if said is None else 1 if "such as" in said else 2)
+    assert said is None or said in found.err
+
+
+@pytest.mark.parametrize(
+    ("pattern", "rules"),
+    [("101", [4]), ("00", [1]), ("1020", []), ("12021", [6]), ("141", [2, 5]), ("045", [2]), ("4", []),
+     ("11", []), ("133331", []), ("13", [])],
+)  # fmt: skip
+def test_a_pattern_that_no_word_can_have_names_its_rule(cli, own, pattern, rules):
+    """The rules that every word with the pattern breaks, found by trying all words of period 7."""
+    words = np.array([*itertools.product(range(6), repeat=7 - len(pattern))], np.uint8)
+    words = np.hstack([np.tile(np.array([*map(int, pattern)], np.uint8), (len(words), 1)), words])
+    always = np.bitwise_and.reduce(rules_broken(words))
+    assert rule_numbers(int(always)) == rules == [rule.number for rule in rules_of_pattern(pattern)]
+    found = cli("query", "--contains", pattern, "--p", "2-6")
+    for rule in rules:
+        assert found.code == 1
+        assert f"{pattern} breaks rule " in found.err
+        assert f"{rule} (" in found.err
+    assert rules or "rule" not in found.err
