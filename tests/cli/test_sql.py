@@ -50,6 +50,15 @@ def test_the_view_that_a_column_refers_to_can_be_queried(cli, filled):
         assert cli("sql", f"SELECT {column} FROM {view}", "--json").out == "[]\n"  # no births are stored
 
 
+@pytest.mark.parametrize(
+    ("statement", "told"),
+    [(f"SELECT {'1 + ' * 5000}1", "Expression tree is too large"), (25_000 * "0123", "syntax error")],
+    ids=["deep", "long"],
+)
+def test_a_statement_that_is_too_long_is_refused_in_one_line(cli, own, statement, told):
+    assert cli("sql", statement).says(2, "orbitdb: ", told)
+
+
 def test_the_rows_of_a_statement_show_themselves(varied):
     answer = Catalogue(varied).sql("SELECT code FROM catalogue WHERE p = 2")
     assert repr(answer).splitlines()[1:] == ["code", *(code for (code,) in answer)]
