@@ -19,6 +19,7 @@ different stadiums, a has shape (N,). Run i precedes leg i; run 0 is on the left
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -55,6 +56,12 @@ class Chain(Batch):
 
     def __len__(self) -> int:
         return self.k.shape[1]
+
+    @classmethod
+    def of(cls, parts: "Sequence[Chain]") -> "Chain":
+        """Return the chains of several batches with the same number of runs, one after another."""
+        columns = zip(*((part.k, part.d, part.n, part.s) for part in parts), strict=True)
+        return Chain(*(np.concatenate(column, axis=1) for column in columns))
 
     def chain(self, words: Indices) -> "Chain":
         """Return the chains of the given words."""

@@ -19,7 +19,6 @@ from orbitdb.billiard.arithmetic import ABOVE, EPSILON
 from orbitdb.billiard.legs import (
     Chain,
     Derivatives,
-    Legs,
     add_up,
     direction_limits,
     following,
@@ -66,7 +65,9 @@ def _concave_bound(steep: Floats, firm: Floats) -> Floats:
     return ABOVE * np.minimum(share.max(axis=0), energy / np.sqrt(firm))
 
 
-def coordinate_error(legs: Legs, a: float, alpha: Floats, alpha_error: Floats, slack_error: Floats) -> Floats:
+def coordinate_error(
+    legs: Chain, a: float, alpha: Floats, alpha_error: Floats, slack_error: Floats
+) -> Floats:
     """Bound the errors of the coordinates of each word, shape (N,).
 
     A leg is drawn between the ends of two runs. A bounce on a wall is off by at most the larger of their
@@ -84,7 +85,7 @@ def coordinate_error(legs: Legs, a: float, alpha: Floats, alpha_error: Floats, s
     return ABOVE * worst
 
 
-def length_error(legs: Legs, a: float, alpha: Floats, slopes: Derivatives, alpha_error: Floats) -> Floats:
+def length_error(legs: Chain, a: float, alpha: Floats, slopes: Derivatives, alpha_error: Floats) -> Floats:
     """Bound the error of the length, shape (N,): rounding, and 0 <= L(maximum) - L <= g . delta.
 
     The terms of a leg, and the sine, product and sums of a run, are accurate to 2.5 eps of their size. psi/2k

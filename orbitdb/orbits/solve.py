@@ -9,14 +9,14 @@ import numpy as np
 from orbitdb.arrays import Words
 from orbitdb.billiard.stadium import MIN_A, Stadium, as_stadium
 from orbitdb.errors import InputError
-from orbitdb.orbits.admissible import solve_admissible
+from orbitdb.orbits.admissible import solve_admissible, solve_periods
 from orbitdb.orbits.newton import TOLERANCE
 from orbitdb.orbits.orbit import Orbit, pruned_word
 from orbitdb.orbits.orbits import NUMBERS, Orbits, finite
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.symbols.pruning import need_admissible
-from orbitdb.symbols.symmetry import class_of, class_size, label, time_reversal
-from orbitdb.symbols.words import from_strings, is_primitive, parse, parse_primitive
+from orbitdb.symbols.symmetry import SymmetryClass, class_of, class_size, label, time_reversal
+from orbitdb.symbols.words import from_strings, is_primitive, parse, parse_primitive, read_words
 
 
 @overload
@@ -24,23 +24,29 @@ def solve(words: Words, stadium: Stadium | float, tolerance: float | None = None
 
 
 @overload
-def solve(words: str | Sequence[str], stadium: Stadium | float) -> list[Orbit]: ...
+def solve(words: str | Iterable[str], stadium: Stadium | float, *, errors: str = "raise") -> list[Orbit]: ...
 
 
 def solve(
-    words: Words | str | Sequence[str], stadium: Stadium | float, tolerance: float | None = None
+    words: Words | str | Iterable[str],
+    stadium: Stadium | float,
+    tolerance: float | None = None,
+    *,
+    errors: str = "raise",
 ) -> Orbits | list[Orbit]:
     """Find the orbits of many words.
 
     Parameters
     ----------
-    words : sequence of str, or ndarray of uint8, shape (N, p)
+    words : iterable of str, or ndarray of uint8, shape (N, p)
         Primitive words of any periods as texts, or admissible words of one period as an array
-        (`orbitdb.symbols.words.from_strings`), which is much faster.
+        (`orbitdb.symbols.words.from_strings`).
     stadium : Stadium or float
         The stadium, or its half length.
     tolerance : float, optional
         For an array: error of the leg directions at which Newton's method stops (radians).
+    errors : str, optional
+        For texts: ``skip`` to leave out those that are not primitive words; by default they raise.
 
     Returns
     -------
@@ -51,7 +57,8 @@ def solve(
     Raises
     ------
     WordError
-        If a text is not a primitive word, or a word of the array is not admissible.
+        If texts are not primitive words, which are named by their places, or if a word of the array is not
+        admissible.
     StadiumError
         If the half length is not valid.
 
@@ -65,9 +72,47 @@ def solve(
         return solve_admissible(words, as_stadium(stadium), TOLERANCE if tolerance is None else tolerance)
     if tolerance is not None:
         raise InputError("tolerance is for words given as an array: leave it out")
-    if isinstance(words, str) or not isinstance(words, Iterable):
-        words = [words]
-    return [solve_word(word, stadium) for word in words]
+    texts = [words] if isinstance(words, str) or not isinstance(words, Iterable) else words
+    return solve_words(read_words(texts, errors), as_stadium(stadium))
+
+
+def solve_words(words: Sequence[str], stadium: Stadium) -> list[Orbit]:
+    """Solve primitive words of any periods, in any rotation (`solve`)."""
+    found: dict[str, Orbit] = {}
+    periods: dict[int, list[str]] = {}
+    for word in dict.fromkeys(words):
+        if (pruned := pruned_word(word, stadium.a)) is None:
+            periods.setdefault(len(word), []).append(word)
+        else:
+            found[word] = pruned
+    groups = [*periods.values()]
+    solved = solve_periods([from_strings(group) for group in groups], stadium)
+    for group, orbits in zip(groups, solved, strict=True):
+        classes = [class_of(word) for word in group]
+        stabilisers = np.array([family.stabiliser for family in classes], np.uint8)
+        orbits = orbits.with_symmetries(stabilisers)
+        for row, (word, family) in enumerate(zip(group, classes, strict=True)):
+            found[word] = _orbit_of(orbits, row, word, family, stadium.a)
+    return [found[word] for word in words]
+
+
+def _orbit_of(orbits: Orbits, row: int, word: str, family: SymmetryClass, a: float) -> Orbit:
+    """Return one of some solved words."""
+    numbers: dict[str, Any] = {name: finite(getattr(orbits, name)[row]) for name in NUMBERS}
+    status = Status(str(orbits.status[row]))
+    is_orbit = status in EXISTING
+    return Orbit(
+        code=word,
+        representative=family.representative,
+        a=a,
+        status=status,
+        time_reversal=time_reversal(family.stabiliser),
+        symmetry=label(family.stabiliser),
+        class_size=class_size(family.stabiliser),
+        coordinates=orbits.coordinates[row] if is_orbit else None,
+        solver="newton",
+        **(numbers if is_orbit else {"margin": numbers["margin"]}),
+    )
 
 
 def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orbit:
@@ -102,29 +147,9 @@ def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orb
     >>> solve_word("013", 1.6, exists=True).exists
     ((0.0, None),)
     """
-    word, stadium = parse_primitive(word), as_stadium(stadium)
-    lives = tuple(existence(word)) if exists else None
-    if (pruned := pruned_word(word, stadium.a)) is not None:
-        return replace(pruned, exists=lives)
-    family = class_of(word)
-    stabiliser = np.array([family.stabiliser], np.uint8)
-    solved = solve_admissible(from_strings([word]), stadium).with_symmetries(stabiliser)
-    numbers: dict[str, Any] = {name: finite(getattr(solved, name)[0]) for name in NUMBERS}
-    status = Status(str(solved.status[0]))
-    is_orbit = status in (Status.ORBIT, Status.BOUNDARY)
-    return Orbit(
-        code=word,
-        representative=family.representative,
-        a=stadium.a,
-        status=status,
-        time_reversal=time_reversal(family.stabiliser),
-        symmetry=label(family.stabiliser),
-        class_size=class_size(family.stabiliser),
-        coordinates=solved.coordinates[0] if is_orbit else None,
-        solver="newton",
-        exists=lives,
-        **(numbers if is_orbit else {"margin": numbers["margin"]}),
-    )
+    symbols = parse_primitive(word)
+    (orbit,) = solve_words([symbols], as_stadium(stadium))
+    return replace(orbit, exists=tuple(existence(symbols))) if exists else orbit
 
 
 LONGEST = 200

@@ -6,7 +6,8 @@ of ``uint8`` or, if p <= `MAX_PACKED`, N integers that sort in the same order.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -194,6 +195,49 @@ def parse_primitive(text: str) -> str:
         given, once = shortened(word), shortened(root)
         raise WordError(f"{given!r} is {once!r} repeated {times} times: give {once!r}")
     return word
+
+
+def read_words(
+    texts: Iterable[Any], errors: str = "raise", read: Callable[[Any], str] = parse_primitive
+) -> list[str]:
+    """Read many words, by default primitive ones.
+
+    Parameters
+    ----------
+    texts : iterable of str
+    errors : str, optional
+        ``raise`` to refuse them all if some cannot be read, ``skip`` to leave these out.
+    read : callable, optional
+        Reads one of them, or raises `InputError`.
+
+    Raises
+    ------
+    WordError
+        If some texts cannot be read; the message names all of them by their places, counted from 1, and says
+        why the first cannot.
+    """
+    if errors not in ("raise", "skip"):
+        raise InputError(f"errors = {errors!r:.40}: use raise or skip")
+    found, wrong = [], dict[int, InputError]()
+    for place, text in enumerate(texts, 1):
+        try:
+            found.append(read(text))
+        except InputError as error:
+            wrong[place] = error
+    if not wrong or errors == "skip":
+        return found
+    if len(found) + len(wrong) == 1:
+        raise wrong[1]
+    reasons = [f"word {place}: {error}" for place, error in [*wrong.items()][:_REASONS]]
+    others = [*wrong][_REASONS:]
+    more = f"; and word{'s' * (len(others) > 1)} {', '.join(map(str, others))}" if others else ""
+    raise WordError(
+        f"{len(wrong)} of {len(found) + len(wrong)} words cannot be read: {'; '.join(reasons)}{more}"
+    )
+
+
+_REASONS = 5
+"""Number of words that cannot be read for which a message says why."""
 
 
 def contains_cyclic(word: str, pattern: str) -> bool:

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from there import there
 
-from orbitdb import InputError, solve, solve_word
+from orbitdb import InputError, Status, solve, solve_word
+from orbitdb.orbits import admissible
 from orbitdb.orbits.births import closed_form
-from orbitdb.symbols.words import least_rotation
+from orbitdb.orbits.newton import newton
+from orbitdb.symbols.words import WordError, least_rotation, parse
 
 WORDS = ("13", "0123", "1133", "1232131", "01020202023", "031", "11113")
 
@@ -84,3 +86,47 @@ def test_many_words_are_solved_from_texts_of_any_period():
     assert solve("13", 1.6) == found[:1]
     with pytest.raises(InputError, match="tolerance is for words given as an array"):
         solve(["13"], 1.6, tolerance=1e-3)  # type: ignore[call-overload]
+
+
+MIXED = ["0123", "13", "02", "1232131", "31", "010203", "1^9 3", "0123", "1^40(02)^9 3", "111333", "120"]
+"""Words of many periods and statuses, some with equal numbers of runs, one twice; 111333 goes to balls."""
+
+
+@pytest.mark.parametrize("a", [1.0, 1.6])
+def test_words_of_mixed_periods_are_solved_as_each_alone_to_the_last_bit(a):
+    together, alone = solve(MIXED, a), [solve_word(word, a) for word in MIXED]
+    for one, other in zip(together, alone, strict=True):
+        np.testing.assert_array_equal(one.coordinates, other.coordinates)
+        assert vars(one) | {"_coordinates": None} == vars(other) | {"_coordinates": None}
+    assert [orbit.code for orbit in together] == [parse(word) for word in MIXED]
+    assert {orbit.status for orbit in together} >= {Status.ORBIT, Status.FAMILY, Status.GEOMETRIC}
+
+
+def test_newton_runs_once_for_each_number_of_runs_whatever_the_periods(monkeypatch):
+    words = ["013" + "0202" * n for n in range(9)] + ["1" * n + "3" for n in range(1, 9)]
+    assert len({len(word) for word in words}) > 9
+    calls = []
+
+    def counted(legs, *more):
+        calls.append(len(legs))
+        return newton(legs, *more)
+
+    monkeypatch.setattr(admissible, "newton", counted)
+    solve(words, 1.6)
+    assert calls == [len(words)]
+
+
+@pytest.mark.parametrize("errors", ["raise", "skip"])
+def test_all_words_that_cannot_be_read_are_named_at_once_or_left_out(errors):
+    words = ["13", "17", "1313", "0123", "", *["6"] * 4, "013"]
+    if errors == "skip":
+        assert [orbit.code for orbit in solve(iter(words), 1.6, errors="skip")] == ["13", "0123", "013"]
+        return
+    with pytest.raises(WordError) as refused:
+        solve(words, 1.6)
+    said = str(refused.value)
+    assert said.startswith("7 of 10 words cannot be read: word 2: symbol '7' at position 2 of '17' is not")
+    assert "word 3: '1313' is '13' repeated 2 times: give '13'; word 5: the code is empty" in said
+    assert said.endswith("; and words 8, 9")
+    with pytest.raises(InputError, match="errors = 'ignore': use raise or skip"):
+        solve(words, 1.6, errors="ignore")
