@@ -95,8 +95,8 @@ def snapshot(
     values = named(asked)
     chosen = choice.at(values[0] if values else USUAL_A)  # reports wrong options first
     catalogue = Catalogue(db)
-    with catalogue.snapshot():
-        yield catalogue, tuple(replace(chosen, a=a) for a in values or _stored(catalogue, asked, db))
+    with catalogue.snapshot() as then:
+        yield then, tuple(replace(chosen, a=a) for a in values or _stored(then, asked, db))
 
 
 @contextmanager
@@ -116,11 +116,11 @@ def solving(db: Path, asked: Asked) -> "Iterator[tuple[Catalogue, tuple[float, .
 
     values = named(asked)
     catalogue = Catalogue(db, missing_ok=values is not None or not asked)
-    with catalogue.snapshot():
-        values = values or _stored(catalogue, asked, db)
-        if catalogue.missing and db != default_path():
+    with catalogue.snapshot() as then:
+        values = values or _stored(then, asked, db)
+        if then.missing and db != default_path():
             note(f"no catalogue at {db}: solved on the spot")
-        yield catalogue, values
+        yield then, values
 
 
 def default_a(db: Path, a: float | None) -> float:

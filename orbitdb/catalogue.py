@@ -1,11 +1,10 @@
 """`Catalogue`, the main class of the library: a database of periodic orbits to fill, query and check."""
 
 import math
-import os
-import threading
 from collections import Counter
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from copy import copy
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -16,8 +15,8 @@ from orbitdb.display import Rows
 from orbitdb.errors import InputError, StoreError, as_texts, check_int, check_text
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, nobody, telling
-from orbitdb.store.connection import ClosedError, Connection, never
-from orbitdb.store.file import Store
+from orbitdb.store.connection import Connection, never
+from orbitdb.store.file import Moment, Store
 from orbitdb.store.lookup import (
     WITH_ORBITS,
     a_values,
@@ -99,9 +98,8 @@ class Catalogue:
     >>> print(catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35)))
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
-    Each question reads the file as it is at that moment; `snapshot` asks several questions at one moment. If
-    another file takes its place, the next question reads that one. The file stays open, but unlocked, until
-    you close the catalogue or delete it.
+    Each question opens the file, reads it as it is at that moment, and closes it again. `snapshot` asks
+    several questions at one moment, which is also faster.
     """
 
     # the file
@@ -111,8 +109,7 @@ class Catalogue:
     ) -> None:
         self._a = None if a is None else Stadium(a).a
         self._missing_ok = missing_ok
-        self._store = Store(path, missing_ok)
-        self._of_thread = threading.local()
+        self._store: Store | Moment = Store(path, missing_ok)
 
     @classmethod
     def create(cls, path: Path | str | None = None, a: float | None = None) -> Self:
@@ -149,53 +146,55 @@ class Catalogue:
 
     @property
     def a(self) -> float:
-        """Half length of the default stadium; it does not change once it has been determined.
+        """Half length of the default stadium: the one that you gave, or else what the file now suggests.
 
         Raises
         ------
         InputError
             If you gave none, and orbits are stored at several values of ``a`` but not at 1.6.
         """
-        if self._a is None:
-            with self._reading() as connection:
-                self._a = default_a(connection)
-        return self._a
+        return self._at(None)
 
     @contextmanager
-    def snapshot(self, cancelled: Callable[[], bool] = never) -> Iterator[Connection]:
-        """Let all questions in a ``with`` block see the file at one moment, whatever others write meanwhile.
+    def snapshot(self, cancelled: Callable[[], bool] = never) -> Iterator[Self]:
+        """Yield the catalogue as it is now; its answers do not show what others write meanwhile.
 
-        A snapshot within another one, in the same thread, joins it.
+        It can only be read, in the ``with`` block and by the thread that opened it. The catalogue itself
+        still reads the present, and can be written to. A snapshot of a snapshot is the same snapshot.
 
         Parameters
         ----------
         cancelled : callable, optional
             Called now and then during long questions; if it returns True, `CancelledError` is raised.
 
+        Raises
+        ------
+        StoreError
+            If the file was replaced by another one before the end of the block.
+
         Examples
         --------
-        >>> with catalogue.snapshot():
-        ...     catalogue.count(p=5) == catalogue.table(p=5)["N_t"][0]
+        >>> with catalogue.snapshot() as then:
+        ...     then.count(p=5) == then.table(p=5)["N_t"][0]
         True
         """
-        before = getattr(self._of_thread, "moment", None)
-        with self._moment(cancelled) as connection:
-            self._of_thread.moment, self._of_thread.process = connection, os.getpid()
-            try:
-                yield connection
-            finally:
-                self._of_thread.moment = before
+        if isinstance(self._store, Moment):
+            yield self
+            return
+        with self._store.snapshot(cancelled) as moment:
+            then = copy(self)
+            then._store = moment
+            yield then
 
     def _reading(self) -> AbstractContextManager[Connection]:
         """Return a connection for one question: that of the snapshot, or a new one."""
-        return self.snapshot()
+        return self._store.reading()
 
-    def _moment(self, cancelled: Callable[[], bool] = never) -> AbstractContextManager[Connection]:
-        """Return the moment of this thread's snapshot, or else a new one, which a generator may keep open."""
-        opened: Connection | None = getattr(self._of_thread, "moment", None)
-        if opened is None or self._of_thread.process != os.getpid():  # a forked process inherits none
-            return self._store.snapshot(cancelled)
-        return _joined(opened)
+    def _present(self, what: str = "writing") -> Store:
+        """Return the file as it is now, which a snapshot refuses to write to or to give away."""
+        if isinstance(self._store, Moment):
+            raise InputError(f"a snapshot only answers questions: ask the catalogue itself for {what}")
+        return self._store
 
     def __enter__(self) -> Self:
         return self
@@ -213,11 +212,11 @@ class Catalogue:
         Its connections read the tables and views of `orbitdb sql`, and know ``code()`` and ``contains()``;
         they cannot write.
         """
-        return self._store.engine
+        return self._present("its engine").engine
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle only the arguments; the copy opens the file itself."""
-        return partial(type(self), missing_ok=self._missing_ok), (self.path, self._a)
+        return partial(type(self), missing_ok=self._missing_ok), (self._present("a copy").path, self._a)
 
     def __repr__(self) -> str:
         from orbitdb.answers.completeness import describe_contents
@@ -225,7 +224,7 @@ class Catalogue:
         try:
             with self._reading() as connection:
                 contents = describe_contents(connection, self._a)
-        except StoreError as error:
+        except (StoreError, InputError) as error:  # a snapshot may have ended
             contents = str(error)
         return f"<Catalogue {self.path.name}: {contents}>"
 
@@ -261,7 +260,7 @@ class Catalogue:
         from orbitdb.answers.sql_result import SqlResult
 
         check_text("statement", statement, "SELECT max(p) FROM catalogue")
-        return SqlResult(self.snapshot, self._moment, statement, parameters or {})
+        return SqlResult(self._reading, statement, parameters or {})
 
     def a_values(self, *, orbits: bool = False, with_levels: bool = False) -> list[float]:
         """Return the stored values of ``a`` in order.
@@ -281,7 +280,7 @@ class Catalogue:
         from orbitdb.store.periods import read_fills
 
         with self._reading() as connection:
-            return Rows(read_fills(connection, self._at(a)))
+            return Rows(read_fills(connection, self._at(a, connection)))
 
     def birth_fills(self) -> "Rows[BirthFill]":
         """Return how far births and deaths are stored, period by period."""
@@ -324,7 +323,7 @@ class Catalogue:
         from orbitdb.store.stored_values import tightest_bounds
 
         with self._reading() as connection:
-            return tightest_bounds(connection, self._at(a), proof)
+            return tightest_bounds(connection, self._at(a, connection), proof)
 
     def entropy_curve(self, *, proof: str | None = None) -> "Rows[EntropyBounds]":
         """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
@@ -338,14 +337,14 @@ class Catalogue:
         from orbitdb.store.stored_values import best_reference
 
         with self._reading() as connection:
-            return best_reference(connection, self._at(a))
+            return best_reference(connection, self._at(a, connection))
 
     def sweeps(self, *, a: float | None = None) -> "Rows[Sweep]":
         """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
         from orbitdb.store.periods import read_sweeps
 
         with self._reading() as connection:
-            return Rows(read_sweeps(connection, self._at(a)))
+            return Rows(read_sweeps(connection, self._at(a, connection)))
 
     def contents(self, a: float, p: int | str | Iterable[int] | None = None) -> "Contents":
         """Return what is stored at a given ``a``, in some periods or in all; `delete` would delete it."""
@@ -364,7 +363,7 @@ class Catalogue:
         """
         symbols = parse(word)
         with self._reading() as connection:
-            return find_word(connection, symbols, self._at(a))
+            return find_word(connection, symbols, self._at(a, connection))
 
     def __contains__(self, word: object) -> bool:
         """Tell whether a word is stored, whatever its rotation and status."""
@@ -389,13 +388,15 @@ class Catalogue:
 
         With `exists`, the ranges of ``a`` in which it exists are computed if they are not stored.
         """
-        at = self._at(a)
-        orbit = self.find(word, a=at)
+        symbols = parse(word)
+        with self._reading() as connection:
+            at = self._at(a, connection)
+            orbit = find_word(connection, symbols, at)
         if orbit is not None and (orbit.exists is not None or not exists):
             return orbit
         from orbitdb.orbits.solve import solve_word, with_existence
 
-        orbit = solve_word(parse_primitive(word), at) if orbit is None else orbit
+        orbit = solve_word(parse_primitive(symbols), at) if orbit is None else orbit
         return with_existence(orbit) if exists else orbit
 
     def born_with(self, orbit: Orbit) -> list[tuple[float, list[str]]]:
@@ -472,7 +473,7 @@ class Catalogue:
         chosen = self._several(selection, criteria)
         given = columns.split(",") if isinstance(columns, str) else columns
         names = VIEWED if given is None else tuple(as_texts("columns", given))
-        return Listing(self.snapshot, self._moment, chosen, names, order, most, first, classes)
+        return Listing(self._reading, chosen, names, order, most, first, classes)
 
     @with_criteria
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
@@ -715,9 +716,8 @@ class Catalogue:
         from orbitdb.answers.dataset import write_dataset
 
         with telling(progress, "dataset") as tell, self._reading() as connection:
-            return write_dataset(
-                connection, home_expanded(folder), self._several(selection, criteria), force, tell
-            )
+            chosen = self._several(selection, criteria, connection)
+            return write_dataset(connection, home_expanded(folder), chosen, force, tell)
 
     def copy(self, target: Path | str, *, force: bool = False) -> None:
         """Copy the whole catalogue to a new file, as it is at this moment, even while others write to it.
@@ -787,9 +787,9 @@ class Catalogue:
         """
         from orbitdb.answers.identification import identify_trajectory
 
-        with self.snapshot():
-            at = Stadium(self._at(a))
-            find = partial(self.orbit, a=at.a)
+        with self.snapshot() as then:
+            at = Stadium(then._at(a))
+            find = partial(then.orbit, a=at.a)
             return identify_trajectory(at, find, start, points, tolerance, bounces, limit)
 
     def with_length(
@@ -819,7 +819,7 @@ class Catalogue:
         from orbitdb.answers.identification import read_candidates
 
         with self._reading() as connection:
-            return read_candidates(connection, self._at(a), length, tolerance, limit)
+            return read_candidates(connection, self._at(a, connection), length, tolerance, limit)
 
     # in a magnetic field
 
@@ -894,7 +894,7 @@ class Catalogue:
 
         check_method(method)
         at, wanted, number = self._at(a), chosen_periods(periods), number_of(jobs)
-        return need(self.path, at, wanted, number, SWEEP if sweep else method)
+        return need(self._present().path, at, wanted, number, SWEEP if sweep else method)
 
     def check_room(self, needed: "Need") -> None:
         """Raise `StoreError` if the disk has less free space than a fill needs (`estimate`)."""
@@ -964,7 +964,7 @@ class Catalogue:
             raise InputError("geometric=True stores the pruned words of periods: name periods, too")
         if wanted:
             with telling(progress, "fill") as tell:
-                filling.fill(self.path, at, wanted, jobs, workers, geometric, method, tell)
+                filling.fill(self._present().path, at, wanted, jobs, workers, geometric, method, tell)
         for word in single:
             self.fill_word(word, method=method, a=at)
         return self._stored_now(read_fills, wanted, at)
@@ -983,7 +983,7 @@ class Catalogue:
         """
         from orbitdb.filling.fill import fill_word
 
-        return fill_word(self.path, word, self._at(a), method)
+        return fill_word(self._present().path, word, self._at(a), method)
 
     def fill_births(
         self,
@@ -1001,7 +1001,7 @@ class Catalogue:
 
         wanted = chosen_periods(periods)
         with telling(progress, "births") as tell:
-            find_births(self.path, wanted, jobs, tell)
+            find_births(self._present().path, wanted, jobs, tell)
         return self._stored_now(read_birth_fills, wanted)
 
     def sweep(
@@ -1023,7 +1023,7 @@ class Catalogue:
 
         at, wanted = self._at(a), chosen_periods(periods)
         with telling(progress, "sweep") as tell:
-            sweep(self.path, at, wanted, jobs, workers, tell)
+            sweep(self._present().path, at, wanted, jobs, workers, tell)
         return self._stored_now(read_sweeps, wanted, at)
 
     def simulate(
@@ -1066,7 +1066,7 @@ class Catalogue:
         """
         from orbitdb.filling.simulate import keep_simulated
 
-        keep_simulated(self.path, averages, file)
+        keep_simulated(self._present().path, averages, file)
 
     def prove_bounds(
         self,
@@ -1132,14 +1132,14 @@ class Catalogue:
         from orbitdb.filling.bounds import find_bounds
 
         values = [self._at(one) for one in (a if isinstance(a, Iterable) else [a])]
-        path = self.path if store else None
+        path = self._present().path if store else None
         return find_bounds(path, values, edges, width, seconds, proofs, jobs, progress)
 
     def check_writable(self) -> FileId:
         """Raise `StoreError` if nothing can be stored, before long work; return which file it would be."""
         from orbitdb.store.writer import check_writable
 
-        return check_writable(self.path)
+        return check_writable(self._present().path)
 
     @with_criteria
     def verify(
@@ -1186,7 +1186,7 @@ class Catalogue:
 
         everywhere = not isinstance(selection, Selection) and criteria.get("a") is None
         unnamed = selection is None and everywhere
-        selections = () if unnamed else self._several(selection, criteria)
+        path, selections = self._present("verify").path, () if unnamed else self._several(selection, criteria)
         sample = None if sample is None else check_int("sample", sample)
         restarts, drawn = check_int("restarts", restarts, 0), _seed(seed)
         with self._reading() as connection:
@@ -1195,7 +1195,7 @@ class Catalogue:
                 selections = tuple(replace(every, a=at) for at in verifiable(connection))
             missing = gaps_of_periods(connection, selections, everywhere)
         with telling(progress, "verify") as tell:
-            found = verified(self.path, selections, sample, restarts, drawn, births, rigorous, jobs, tell)
+            found = verified(path, selections, sample, restarts, drawn, births, rigorous, jobs, tell)
         return replace(found, notes=(*missing, *found.notes))
 
     # deleting
@@ -1230,7 +1230,7 @@ class Catalogue:
         from orbitdb.store.deleting import delete
 
         at = Stadium(a).a  # no default: None would otherwise delete what is stored at 1.6
-        return delete(self.path, at, Selection.from_criteria(p=p).periods, only)
+        return delete(self._present().path, at, Selection.from_criteria(p=p).periods, only)
 
     # quantum levels
 
@@ -1265,7 +1265,7 @@ class Catalogue:
 
         at, (low, high) = Stadium(self._at(a)), (0.0, low) if high is None else (low, high)
         with telling(progress, "levels") as tell:
-            path = self.path if store else None
+            path = self._present().path if store else None
             windows = find_levels(path, at, low, high, parities_of(parities), jobs, tell)
         levels = Levels.joined(at.a, low, high, windows)
         return replace(levels, notes=notes_on_windows(levels, windows))
@@ -1300,7 +1300,7 @@ class Catalogue:
         from orbitdb.answers.level_lists import read_spectrum
 
         with self._reading() as connection:
-            return read_spectrum(connection, self._at(a), lengths, points, k_max, levels, parity)
+            return read_spectrum(connection, self._at(a, connection), lengths, points, k_max, levels, parity)
 
     def levels(
         self,
@@ -1330,8 +1330,8 @@ class Catalogue:
             raise InputError(f"method {method!r}: use elements or orbits")
         with self._reading() as connection:
             if method == "elements":
-                return levels_from_zero(connection, self._at(a), parity, k_max)
-            return levels_from_orbits(connection, self._at(a), k_max, parities_of(parity))
+                return levels_from_zero(connection, self._at(a, connection), parity, k_max)
+            return levels_from_orbits(connection, self._at(a, connection), k_max, parities_of(parity))
 
     def assess(
         self,
@@ -1368,7 +1368,7 @@ class Catalogue:
 
         with self._reading() as connection:
             how = fit_radius, window, radius_error, noise
-            return assess_levels(connection, self._at(a), k, parity, *how)
+            return assess_levels(connection, self._at(a, connection), k, parity, *how)
 
     def level_statistics(
         self,
@@ -1390,8 +1390,8 @@ class Catalogue:
         from orbitdb.answers.stadium_levels import levels_from_zero
         from orbitdb.quantum.weyl import check_levels, parities_of
 
-        at = self._at(a)
         with self._reading() as connection:
+            at = self._at(a, connection)
             if levels is None:
                 levels = {of: levels_from_zero(connection, at, of).k for of in parities_of(parity)}
             if not isinstance(levels, Mapping):
@@ -1435,12 +1435,12 @@ class Catalogue:
         from orbitdb.answers.scars import check_scarring, scars_of, shortest_orbits
         from orbitdb.quantum.weyl import parities_of
 
-        named, at = parities_of(parities), self._at(a)
+        named = parities_of(parities)
         if word is None:
             with self._reading() as connection:
-                orbits = shortest_orbits(connection, at)
+                orbits = shortest_orbits(connection, self._at(a, connection))
         else:
-            orbits = [self.orbit(word, a=at)]
+            orbits = [self.orbit(word, a=a)]
             check_scarring(orbits[0])
         with telling(progress, "waves") as tell:
             return Rows(scars_of(orbits, low, high, named, order, tell))
@@ -1465,8 +1465,8 @@ class Catalogue:
     def _stored_now(
         self, read: Callable[..., Iterable[Any]], periods: Collection[int], *arguments: Any
     ) -> "Rows[Any]":
-        """Return what was just stored of some periods, which a snapshot of this thread does not show."""
-        with self._store.snapshot() as connection:
+        """Return what was just stored of some periods."""
+        with self._reading() as connection:
             return Rows(one for one in read(connection, *arguments) if one.p in periods)
 
     def _answer(
@@ -1477,9 +1477,8 @@ class Catalogue:
         *arguments: Any,
     ) -> _Answer:
         """Return what a function of a connection and the chosen subset answers, in one snapshot."""
-        chosen = self._chosen(selection, criteria)
         with self._reading() as connection:
-            return function(connection, chosen, *arguments)
+            return function(connection, self._chosen(selection, criteria, connection), *arguments)
 
     def _result(
         self,
@@ -1493,12 +1492,13 @@ class Catalogue:
 
         one = isinstance(selection, Selection | None) and not isinstance(criteria.get("a"), Iterable)
         with self._reading() as connection:
-            results = [
-                function(connection, chosen, *arguments) for chosen in self._several(selection, criteria)
-            ]
+            subsets = self._several(selection, criteria, connection)
+            results = [function(connection, chosen, *arguments) for chosen in subsets]
         return results[0] if one else over_a(results)
 
-    def _chosen(self, selection: Selection | None, criteria: Criteria) -> Selection:
+    def _chosen(
+        self, selection: Selection | None, criteria: Criteria, connection: Connection | None = None
+    ) -> Selection:
         if selection is not None and criteria:
             raise SelectionError("give a Selection or criteria, not both")
         if not isinstance(selection, Selection | None):
@@ -1509,14 +1509,17 @@ class Catalogue:
             return selection
         named = criteria.copy()
         if named.get("a") is None:
-            named["a"] = self.a
+            named["a"] = self._at(None, connection)
         a: Any = named["a"]
         if isinstance(a, Iterable) and not isinstance(a, str):
             raise SelectionError("give one a here; rows, table, entropy and lyapunov take several")
         return Selection.from_criteria(**named)
 
     def _several(
-        self, selection: Selection | Sequence[Selection] | None, criteria: Criteria
+        self,
+        selection: Selection | Sequence[Selection] | None,
+        criteria: Criteria,
+        connection: Connection | None = None,
     ) -> tuple[Selection, ...]:
         """Return the chosen subset at each a."""
         values: Any = criteria.get("a")
@@ -1526,24 +1529,23 @@ class Catalogue:
             one = Selection.from_criteria(**named)
             chosen = tuple(replace(one, a=a) for a in dict.fromkeys(Stadium(a).a for a in values))
         elif not isinstance(selection, Sequence):
-            return (self._chosen(selection, criteria),)
+            return (self._chosen(selection, criteria, connection),)
         else:
-            chosen = tuple(self._chosen(one, criteria) for one in selection)
+            chosen = tuple(self._chosen(one, criteria, connection) for one in selection)
         if not chosen:
             raise SelectionError("give one a or more")
         return chosen
 
-    def _at(self, a: float | None) -> float:
-        return self.a if a is None else Stadium(a).a
-
-
-@contextmanager
-def _joined(opened: Connection) -> Iterator[Connection]:
-    """Yield the connection of a snapshot; a generator may be asked for rows after the snapshot."""
-    try:
-        yield opened
-    except ClosedError:
-        raise InputError("the snapshot of these rows has ended: read them within its with block") from None
+    def _at(self, a: float | None, connection: Connection | None = None) -> float:
+        """Return the given a, or else the default one, read from a connection if a question has one."""
+        if a is not None:
+            return Stadium(a).a
+        if self._a is not None:
+            return self._a
+        if connection is not None:
+            return default_a(connection)
+        with self._reading() as now:
+            return default_a(now)
 
 
 def _check_orbit(orbit: Any) -> None:

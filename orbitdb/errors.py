@@ -89,6 +89,10 @@ class StoreError(Exception):
     """The database, or the disk, cannot be used; the message says why and what to do."""
 
 
+class DamagedError(StoreError):
+    """SQLite cannot read the file, because parts of it are missing or wrong."""
+
+
 class AlteredError(StoreError):
     """The database contains something that no command of this program writes.
 

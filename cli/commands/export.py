@@ -101,11 +101,11 @@ def export(
     with snapshot(db, a, choice) as (catalogue, selections):
         listing = catalogue.rows(selections, columns=names, order=order, limit=limit, classes=classes)
         count = _write(listing, by_bounce, file, kind, many_a(a))
-        complete = listing.complete
+        complete, subject = listing.complete, listing.describe()
     for text in complete:
         note(text)
     if file is not None:
-        note(f"{several(count, 'row')} written: {listing.describe()}, in {file}")
+        note(f"{several(count, 'row')} written: {subject}, in {file}")
 
 
 def _write(listing: "Listing", by_bounce: bool, file: Path | None, kind: str, many: bool) -> int:

@@ -282,11 +282,10 @@ def births(
     else:
         periods = asked_periods(context, asked, first)
         _fill_births(periods, db, jobs)
-    catalogue = Catalogue(db)
-    with catalogue.snapshot():
-        fills = [fill for fill in catalogue.birth_fills() if fill.p in periods]
+    with Catalogue(db).snapshot() as then:
+        fills = [fill for fill in then.birth_fills() if fill.p in periods]
         whole = [fill for fill in fills if fill.complete]
-        ended = [row for fill in whole for row in catalogue.births(fill.p).ended()] if deaths else []
+        ended = [row for fill in whole for row in then.births(fill.p).ended()] if deaths else []
     notes(line for fill in fills for line in fill.notes)
     if deaths and whole:
         output.write(ENDED, ended)

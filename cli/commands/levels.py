@@ -95,10 +95,9 @@ def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db
     from orbitdb.catalogue import Catalogue
 
     low, high = (0.0, None) if k is None else read_range("--k", k)
-    catalogue = Catalogue(db, a)
-    with progress("summing orbits"), catalogue.snapshot():
-        listed = catalogue.levels(high, parity=parity, method="orbits")
-        exact = catalogue.stored_counterparts(listed)
+    with progress("summing orbits"), Catalogue(db, a).snapshot() as then:
+        listed = then.levels(high, parity=parity, method="orbits")
+        exact = then.stored_counterparts(listed)
     shown = [(*row, of) for row, of in zip(_rows(listed), exact, strict=True) if row[0] >= low]
     output.write((*COLUMNS, "exact"), shown)
     where = f"with k from {low:g} to {listed.high:g}" if low else f"below k = {listed.high:g}"

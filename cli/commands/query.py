@@ -102,8 +102,8 @@ def query(
         count = output.write(names, listing.head(ON_SCREEN) if on_screen else listing)
         for text in listing.complete:
             note(text)
-    if total and output.table:
-        note(f"{listing.describe(total)}{not_shown(count, total, remedy=not offset)}")
+        if total and output.table:
+            note(f"{listing.describe(total)}{not_shown(count, total, remedy=not offset)}")
     if not count:
         raise typer.Exit(1)
 
@@ -255,9 +255,8 @@ def sql(
     from orbitdb.catalogue import Catalogue
     from orbitdb.store.where import parse_parameters
 
-    catalogue = Catalogue(db)
-    with catalogue.snapshot():
-        answer = catalogue.sql(statement, parse_parameters(parameters or (), statement))
+    with Catalogue(db).snapshot() as then:
+        answer = then.sql(statement, parse_parameters(parameters or (), statement))
         names = answer.columns
         if not output.write(names, answer):
             note(answer.absent)

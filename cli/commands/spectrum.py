@@ -104,17 +104,19 @@ def scars(
     waves take longest, because each parity needs those of 30 neighbours, too.
     """
     from orbitdb.answers.scars import Scar
+    from orbitdb.catalogue import Catalogue
     from orbitdb.quantum.weyl import parities_of
 
     low, high = _range(k)
     parities = parities_of(parity)
     if word is None:
-        with snapshot_at(db, a) as (catalogue, at):
+        with snapshot_at(db, a) as (_, at):
             pass  # no snapshot stays open while the waves are computed
     else:
-        with solving(db, a) as (catalogue, (at,)):
+        with solving(db, a) as (_, (at,)):
             word = primitive(word)
     with progress("waves") as tell:
+        catalogue = Catalogue(db, missing_ok=word is not None)
         rows = catalogue.scars(low, high, word=word, parities=parities, order=order, progress=tell, a=at)
     output.write(Scar._fields, rows)
     if not rows:

@@ -83,11 +83,11 @@ def verify(
         options.refuse_idle(context, "without --sample or --restarts", "seed")
     start = time.monotonic()
     catalogue = Catalogue(db)
-    with catalogue.snapshot():
-        stored = catalogue.a_values(with_levels=True)
+    with catalogue.snapshot() as then:
+        stored = then.a_values(with_levels=True)
         subset = choice.at(USUAL_A)
         if a is not None and a not in stored:
-            note(f"{'; '.join(catalogue.rows(a=a).notes)}; there is nothing to check")
+            note(f"{'; '.join(then.rows(a=a).notes)}; there is nothing to check")
             raise typer.Exit(1)
     each = [replace(subset, a=at) for at in stored]  # a stored value may be invalid
     chosen = (each or None) if a is None else replace(subset, a=a)

@@ -177,9 +177,9 @@ class CountsScreen(OwnScreen[str | None]):
     def _count(self, cancelled: Callable[[], bool]) -> tuple[dict[str, list[Count]], str]:
         """Return the counts by each of the columns `_BY`, and a note on partial periods."""
         chosen = self._selection
-        with self._catalogue.snapshot(cancelled):
-            tallies = self._catalogue.tally(_BY, chosen)
-            fills = self._catalogue.fills(a=chosen.a)
+        with self._catalogue.snapshot(cancelled) as then:
+            tallies = then.tally(_BY, chosen)
+            fills = then.fills(a=chosen.a)
         partly = ", ".join(str(fill.p) for fill in fills if chosen.includes(fill.p) and not fill.complete)
         groups = {name: counts_by(name, counts) for name, counts in tallies.items()}
         return groups, f"partial periods: {partly}" if partly else ""
@@ -192,10 +192,10 @@ class CountsScreen(OwnScreen[str | None]):
 
     def _values(self, column: str, bins: int, cancelled: Callable[[], bool]) -> tuple[list[Count], str]:
         """Return the counts of the values of a column, or of ranges of its values, and a note."""
-        with self._catalogue.snapshot(cancelled):
+        with self._catalogue.snapshot(cancelled) as then:
             if column not in MEASURED:  # integers or texts
-                return counts_by(column, self._catalogue.tally([column], self._selection)[column]), ""
-            binned = self._catalogue.histogram(column, self._selection, bins=bins)
+                return counts_by(column, then.tally([column], self._selection)[column]), ""
+            binned = then.histogram(column, self._selection, bins=bins)
         even = "bins of equal width in the logarithm" if binned.logarithmic else ""
         return counts_in(column, binned), even
 

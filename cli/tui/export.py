@@ -80,8 +80,8 @@ def write_rows(
     """Write the rows of a subset; once `cancelled` returns True, writing stops and leaves no file."""
     if catalogue.missing:
         raise InputError("there are no rows to write")
-    with catalogue.snapshot(cancelled):
-        listing = catalogue.rows(selection, columns=WRITTEN, order=str(ordering))
+    with catalogue.snapshot(cancelled) as then:
+        listing = then.rows(selection, columns=WRITTEN, order=str(ordering))
         if path.suffix == ".parquet":
             count = listing.write(path, force=True)
         else:

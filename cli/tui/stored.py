@@ -13,7 +13,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import DeletedError, InputError, StoreError
 from orbitdb.output_files import complete
-from orbitdb.store.select import Words, count, position_of, rows_of
+from orbitdb.store.select import Words, position_of, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
@@ -91,11 +91,11 @@ class Pages:
         selection: Selection,
         ordering: Ordering,
         fields: Sequence[str],
+        then: Catalogue,
         most: int | None = None,
     ) -> Self:
-        """Find the rows of a subset in a given order, the first `most` of them if that is given."""
-        with catalogue.snapshot() as connection:
-            size = count(connection, selection)
+        """Count the rows of a subset in a snapshot, up to `most` of them; later ones are read as they are."""
+        size = then.count(selection)
         return cls(
             catalogue, Words(selection, str(ordering)), fields, min(size, size if most is None else most)
         )
@@ -107,7 +107,7 @@ class Pages:
         number, within = divmod(place, _BLOCK)
         if number not in self._blocks:
             assert self.catalogue is not None
-            with self.catalogue.snapshot() as connection:
+            with self.catalogue._reading() as connection:
                 first = number * _BLOCK
                 self._blocks[number] = list(
                     rows_of(connection, self.chosen, self.fields, first, first + _BLOCK)
@@ -121,7 +121,7 @@ class Pages:
         """Return the index of the row of a word, given as its least rotation, or None."""
         if self.catalogue is None:
             return None
-        with self.catalogue.snapshot() as connection:
+        with self.catalogue._reading() as connection:
             return position_of(connection, self.chosen, word)
 
 

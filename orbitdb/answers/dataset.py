@@ -24,6 +24,7 @@ from orbitdb.output_files import check_space, complete_folder, write_csv, write_
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.connection import Connection
+from orbitdb.store.file import check_replaced
 from orbitdb.store.lives import read_lives
 from orbitdb.store.periods import Fill, class_rows, read_fills, runs
 from orbitdb.store.select import COORDINATES, Words, count, rows_of
@@ -138,6 +139,7 @@ def write_dataset(
         resources += _write_texts(draft, selection, version)
         package = _package(connection, selection, version, resources)
         (draft / PACKAGE).write_text(json.dumps(package, indent=1) + "\n", encoding="utf-8")
+        check_replaced(connection)
     return Dataset(folder, total, selection, tuple(notes))
 
 

@@ -23,6 +23,7 @@ from orbitdb.columns import Row
 from orbitdb.display import MOST_SHOWN, columns_of, data_frame, text_table
 from orbitdb.output_files import check_rows, write_file
 from orbitdb.store.connection import Connection, path_of
+from orbitdb.store.file import read_whole
 from orbitdb.store.periods import read_fills
 from orbitdb.store.select import COLUMNS, Words, count, parse_order, rows_of
 from orbitdb.store.selection import Selection, unknown_column
@@ -68,9 +69,7 @@ class Listing:
     'complete, by proof, up to length 11.53'
     """
 
-    # a question takes part in the snapshot of its thread; rows that are still read later must not become it
-    _snapshot: Callable[[], AbstractContextManager[Connection]]
-    _moment: Callable[[], AbstractContextManager[Connection]]
+    _reading: Callable[[], AbstractContextManager[Connection]]  # of its catalogue
     selections: tuple[Selection, ...]
     columns: tuple[str, ...]
     order: str = "p"
@@ -87,26 +86,29 @@ class Listing:
 
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows; missing values are None."""
-        return self._rows(self._end)
+        with self._reading() as connection:
+            yield from self._rows(connection, self._end)
 
     def head(self, most: int = MOST_ROWS) -> Iterator[Row]:
         """Yield the first rows."""
-        end = self.offset + most
-        return islice(self._rows(end if self._end is None else min(end, self._end)), most)
+        with self._reading() as connection:
+            yield from self._head(connection, most)
 
-    def _rows(self, end: int | None) -> Iterator[Row]:
-        with self._moment() as connection:
-            subsets = [Words(chosen, self.order, self.classes) for chosen in self.selections]
-            if len(subsets) > 1:
-                yield from self._merged(connection, subsets, end)
-            else:
-                yield from rows_of(connection, subsets[0], self.columns, self.offset, end)
+    def _head(self, connection: Connection, most: int) -> Iterator[Row]:
+        end = self.offset + most
+        return islice(self._rows(connection, end if self._end is None else min(end, self._end)), most)
+
+    def _rows(self, connection: Connection, end: int | None) -> Iterator[Row]:
+        subsets = [Words(chosen, self.order, self.classes) for chosen in self.selections]
+        if len(subsets) > 1:
+            return self._merged(connection, subsets, end)
+        return rows_of(connection, subsets[0], self.columns, self.offset, end)
 
     @property
     def total(self) -> int:
         """Number of rows without limit and offset."""
-        with self._snapshot() as connection:
-            return sum(self._counts(connection))
+        with self._reading() as connection:
+            return self._total(connection)
 
     @property
     def empty(self) -> bool:
@@ -116,24 +118,20 @@ class Listing:
     @property
     def notes(self) -> tuple[str, ...]:
         """What is missing: partial or unfilled periods, births, or all rows; one line each."""
-        with self._snapshot():
-            absent = self.absent  # first, because it refuses a wrong expression
-            return (*self.gaps, *absent)
+        with self._reading() as connection:
+            return self._notes(connection)
 
     @property
     def gaps(self) -> tuple[str, ...]:
         """The notes on partial or unfilled periods and on births, which need no rows."""
-        with self._snapshot() as connection:
-            lines = [gaps(connection, one, names=self.columns, order=self.order) for one in self.selections]
-        return tuple(line for own in lines for line in own)
+        with self._reading() as connection:
+            return self._gaps(connection)
 
     @property
     def absent(self) -> tuple[str, ...]:
         """The last of the notes if there is no row: that nothing is found, a line for each a."""
-        if not self.empty:
-            return ()
-        with self._snapshot() as connection:
-            return tuple(filter(None, (nothing(connection, chosen) for chosen in self.selections)))
+        with self._reading() as connection:
+            return self._absent(connection)
 
     @property
     def complete(self) -> tuple[str, ...]:
@@ -141,17 +139,37 @@ class Listing:
 
         If there is no row, only what is proved counts.
         """
-        with self._snapshot() as connection:
-            chosen = self.selections
-            if self.empty:
-                chosen = tuple(one for one in chosen if complete_length(read_fills(connection, one.a), one))
-            lines = [(one.a, complete_by_length(connection, one, self.order)) for one in chosen]
+        with self._reading() as connection:
+            return self._complete(connection)
+
+    def _notes(self, connection: Connection) -> tuple[str, ...]:
+        absent = self._absent(connection)  # first, because it refuses a wrong expression
+        return (*self._gaps(connection), *absent)
+
+    def _gaps(self, connection: Connection) -> tuple[str, ...]:
+        lines = [gaps(connection, one, names=self.columns, order=self.order) for one in self.selections]
+        return tuple(line for own in lines for line in own)
+
+    def _absent(self, connection: Connection) -> tuple[str, ...]:
+        if self._total(connection):
+            return ()
+        return tuple(filter(None, (nothing(connection, chosen) for chosen in self.selections)))
+
+    def _complete(self, connection: Connection) -> tuple[str, ...]:
+        chosen = self.selections
+        if not self._total(connection):
+            chosen = tuple(one for one in chosen if complete_length(read_fills(connection, one.a), one))
+        lines = [(one.a, complete_by_length(connection, one, self.order)) for one in chosen]
         at = "at a = {}: " if len(lines) > 1 else ""
         return tuple(f"{at.format(format_float(a))}{line}" for a, line in lines if line)
 
     def describe(self, total: int | None = None) -> str:
         """Describe the chosen rows in one line, with every a that has rows, and their number if given."""
-        first, values = self.selections[0], [chosen.a for chosen in self._with_rows()]
+        with self._reading() as connection:
+            return self._described(connection, total)
+
+    def _described(self, connection: Connection, total: int | None = None) -> str:
+        first, values = self.selections[0], [chosen.a for chosen in self._with_rows(connection)]
         if not self.classes:
             return first.describe(values, total)
         number = "classes" if total is None else several(total, "class", "classes")
@@ -162,17 +180,18 @@ class Listing:
 
         They have an item for each a with rows.
         """
-        many = len(self.selections) > 1 if many is None else many
-        with self._snapshot() as connection:
-            selections = self._with_rows()
-            values = [chosen.a for chosen in selections]
-            partial = [partial_periods(connection, chosen) for chosen in selections]
-            database = str(path_of(connection).resolve())
+        with self._reading() as connection:
+            return self._provenance(connection, len(self.selections) > 1 if many is None else many)
+
+    def _provenance(self, connection: Connection, many: bool) -> dict[str, Any]:
+        selections = self._with_rows(connection)
+        values = [chosen.a for chosen in selections]
+        partial = [partial_periods(connection, chosen) for chosen in selections]
         return {
             "orbitdb": __version__,
-            "selection": self.describe(),
+            "selection": self._described(connection),
             "a": values if many else values[0],
-            "database": database,
+            "database": str(path_of(connection).resolve()),
             "date": datetime.now(UTC).isoformat(timespec="seconds"),
             "partial": partial if many else partial[0],
         }
@@ -192,38 +211,45 @@ class Listing:
         """
         file = Path(path)
         kind = check_rows(file, form, force)
-        with self._snapshot():
-            return write_file(file, kind, self.columns, self, self.provenance())
+        with self._reading() as connection:
+            provenance = self._provenance(connection, len(self.selections) > 1)
+            rows = read_whole(connection, self._rows(connection, self._end))
+            return write_file(file, kind, self.columns, rows, provenance)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the rows as a data frame (extra ``pandas``)."""
-        return data_frame(list(self), self.columns, selection=self.describe())
+        with self._reading() as connection:
+            rows = list(self._rows(connection, self._end))
+            return data_frame(rows, self.columns, selection=self._described(connection))
 
     def __repr__(self) -> str:
-        with self._snapshot():
-            rows, subject = list(self.head(MOST_SHOWN + 1)), self.describe()
+        with self._reading() as connection:
+            rows, subject = list(self._head(connection, MOST_SHOWN + 1)), self._described(connection)
         if len(rows) > MOST_SHOWN:
             return f"<{subject}: {', '.join(self.columns)}>"
         table = text_table(columns_of(self.columns, rows), MOST_SHOWN) if rows else ()
         return "\n".join([f"<{subject}>", *table])
 
     def _repr_html_(self) -> str:
-        with self._snapshot():
-            columns = columns_of(self.columns, list(self.head()))
-            facts, notes = (self.describe(self.total),), (*self.notes, *self.complete)
+        with self._reading() as connection:
+            columns = columns_of(self.columns, list(self._head(connection, MOST_ROWS)))
+            facts = (self._described(connection, self._total(connection)),)
+            notes = (*self._notes(connection), *self._complete(connection))
         return Result(self.selections[0], columns, facts, notes)._repr_html_()
 
     @property
     def _end(self) -> int | None:
         return None if self.limit is None else self.limit + self.offset
 
-    def _with_rows(self) -> Sequence[Selection]:
+    def _with_rows(self, connection: Connection) -> Sequence[Selection]:
         """Return the selections that have rows; if none has any, return all of them."""
         if len(self.selections) == 1:
             return self.selections
-        with self._snapshot() as connection:
-            pairs = zip(self.selections, self._counts(connection), strict=True)
+        pairs = zip(self.selections, self._counts(connection), strict=True)
         return [chosen for chosen, number in pairs if number] or self.selections
+
+    def _total(self, connection: Connection) -> int:
+        return sum(self._counts(connection))
 
     def _counts(self, connection: Connection) -> list[int]:
         """Return the number of rows at each a, which is kept for further questions at the same moment."""

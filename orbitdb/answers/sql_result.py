@@ -28,8 +28,7 @@ class SqlResult:
         Values for the names in the statement.
     """
 
-    _snapshot: Callable[[], AbstractContextManager[Connection]]
-    _moment: Callable[[], AbstractContextManager[Connection]]
+    _reading: Callable[[], AbstractContextManager[Connection]]  # of its catalogue
     statement: str
     parameters: Mapping[str, str | int | float]
     _begun: tuple[Connection, tuple[str, ...], Iterator[Row]] | None = field(default=None, init=False)
@@ -37,7 +36,7 @@ class SqlResult:
     @property
     def columns(self) -> tuple[str, ...]:
         """The names of the columns."""
-        with self._snapshot() as connection:
+        with self._reading() as connection:
             return self._run(connection)[0]
 
     @property
@@ -47,7 +46,7 @@ class SqlResult:
 
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows; BLOBs become hexadecimal digits."""
-        with self._moment() as connection:
+        with self._reading() as connection:
             _, rows = self._run(connection)
             self._begun = None
             yield from rows
@@ -60,9 +59,9 @@ class SqlResult:
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the rows as a data frame (extra ``pandas``)."""
-        with self._snapshot():
-            names = self.columns  # first, which begins the statement
-            return data_frame(list(self), names)
+        with self._reading() as connection:
+            names, rows = self._run(connection)
+            return data_frame(list(rows), names)
 
     def __repr__(self) -> str:
         title, columns = self._shown()
@@ -74,7 +73,8 @@ class SqlResult:
 
     def _shown(self) -> tuple[str, dict[str, list[Any]]]:
         """Return a title and the columns of the first rows."""
-        with self._snapshot():
-            names, rows = self.columns, list(islice(self, MOST_SHOWN + 1))
+        with self._reading() as connection:
+            names, begun = self._run(connection)
+            rows = list(islice(begun, MOST_SHOWN + 1))
         some = f"the first {MOST_SHOWN} " * (len(rows) > MOST_SHOWN)
         return f"{some}rows of {shortened(self.statement)!r}", columns_of(names, rows[:MOST_SHOWN])

@@ -20,7 +20,7 @@ from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.orbits import NUMBERS, finite
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.output_files import arrow_batch, arrow_schema
-from orbitdb.store.file import Store
+from orbitdb.store.file import reading
 from orbitdb.store.lookup import find_or_solve
 from orbitdb.store.select import COORDINATES, Words, blocks_of
 from orbitdb.store.selection import Selection, SelectionError
@@ -272,7 +272,7 @@ class Subset(Table, Drawn):
                 periods=((min(periods), max(periods)),),
                 ranges={**self.selection.ranges, "length": lengths},
             )
-            with Store(self.path).snapshot() as connection:
+            with reading(self.path) as connection:
                 chosen = Words(near, by_class=self.by_class)
                 for block in blocks_of(connection, chosen, ("code", COORDINATES)):
                     found = zip(*block, strict=True)

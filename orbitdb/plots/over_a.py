@@ -164,7 +164,7 @@ def entropy_over_a(catalogue: "Catalogue", *chosen: Selection, grid: Sequence[fl
     The bounds are the stored ones or, if a grid is given, those on its points, where missing ones are
     computed.
     """
-    with catalogue.snapshot() as connection:
+    with catalogue._reading() as connection:
         computed = [enclosure(connection, a).bounds for a in grid]
     bounds: Sequence[EntropyBounds] = computed or catalogue.entropy_curve()
     if not bounds:

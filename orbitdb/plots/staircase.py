@@ -34,7 +34,7 @@ def staircase(
     else:
         k = check_levels(levels, stadium, parity)
         end = float(k[-1])
-    with catalogue.snapshot() as connection:
+    with catalogue._reading() as connection:
         classes, _ = read_orbits(connection, chosen)
     orbits = orbits_for(stadium, classes, parity, np.array([end]))
     below = orbits.k <= end

@@ -8,7 +8,7 @@ import weakref
 from collections.abc import Callable
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import quote
 
 from sqlalchemy import CompoundSelect, Connection, Select
@@ -16,6 +16,7 @@ from sqlalchemy.exc import ResourceClosedError as ClosedError
 from sqlalchemy.exc import StatementError
 
 from orbitdb.errors import StoreError
+from orbitdb.store.paths import FileId
 from orbitdb.symbols.words import (
     SYMBOLS,
     WordError,
@@ -51,6 +52,17 @@ def never() -> bool:
     return False
 
 
+Run = tuple[int, str, int]
+"""The id of a run, when it started, and the number of its commits."""
+
+
+class Seen(NamedTuple):
+    """What a transaction reads: the file, and the last run in it and its journal."""
+
+    file: FileId
+    run: Run | None
+
+
 class Driver(sqlite3.Connection):
     """A connection of Python's `sqlite3` to a catalogue.
 
@@ -58,6 +70,10 @@ class Driver(sqlite3.Connection):
     ----------
     path : Path
         The path of the file; ``:memory:`` if there is none.
+    opened : FileId or None
+        The file that was opened; None if there is none.
+    seen : Seen or None
+        What its transaction reads; None if there is no file.
     refusal : str
         Why ``code()`` or ``contains()`` last failed; SQLite does not pass this on.
     alone : bool
@@ -70,6 +86,8 @@ class Driver(sqlite3.Connection):
     """
 
     path = Path(":memory:")
+    opened: FileId | None = None
+    seen: Seen | None = None
     refusal = ""
     alone = False
     statements: weakref.WeakSet[sqlite3.Cursor]

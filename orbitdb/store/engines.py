@@ -11,7 +11,7 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.pool import Pool
 
-from orbitdb.errors import StoreError
+from orbitdb.errors import DamagedError, StoreError
 from orbitdb.store.connection import (
     DATABASE_ERRORS,
     Driver,
@@ -89,7 +89,7 @@ def _opening(path: Path, uri: str) -> Iterator[Driver]:
     before = file_id(path)
     refuse_foreign_journal(path)
     driver = open_sqlite(uri)
-    driver.path = path
+    driver.path, driver.opened = path, before
     try:
         if before:
             check_same_file(path, before, "opened it")
@@ -151,7 +151,8 @@ def plain_errors(path: Path) -> Iterator[None]:
             raise KeyboardInterrupt from error
         # a text that is not UTF-8 is damage, too
         message = "malformed" if isinstance(error, UnicodeDecodeError) else str(error)
-        raise StoreError(remedy(path, message)) from error
+        line = remedy(path, message)
+        raise (DamagedError if " is damaged: " in line else StoreError)(line) from error
     except AssertionError as error:  # SQLAlchemy's own, in place of a signal while it ends a transaction
         if isinstance(signalled := error.__context__, KeyboardInterrupt | SystemExit):
             raise signalled from None

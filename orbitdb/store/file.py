@@ -1,18 +1,28 @@
 """The file of a catalogue: reading it, and creating or upgrading it."""
 
-import sqlite3
-from collections.abc import Callable, Iterator
+import os
+import threading
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
 from importlib import resources
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import sqlalchemy as sa
 from sqlalchemy.pool import NullPool, StaticPool
 
-from orbitdb.errors import StoreError
+from orbitdb.errors import DamagedError, InputError, StoreError
 from orbitdb.store import tables as t
-from orbitdb.store.connection import Driver, driver_of, never, open_sqlite, uri_of
+from orbitdb.store.connection import (
+    ClosedError,
+    Driver,
+    Seen,
+    driver_of,
+    never,
+    open_sqlite,
+    path_of,
+    uri_of,
+)
 from orbitdb.store.engines import (
     make_engine,
     open_to_read,
@@ -22,7 +32,9 @@ from orbitdb.store.engines import (
 from orbitdb.store.file_kind import check_file, check_version, need_readable, pragma
 from orbitdb.store.journal import (
     count_transaction,
+    has_run,
     journal_ids,
+    last_run,
     remove_journal_of,
 )
 from orbitdb.store.paths import (
@@ -35,6 +47,8 @@ from orbitdb.store.paths import (
 )
 from orbitdb.store.views import create_views
 from orbitdb.symbols.symmetry import ELEMENT_ROWS
+
+_Row = TypeVar("_Row")
 
 # reading
 
@@ -81,33 +95,125 @@ class Store:
             return driver
 
     @contextmanager
-    def snapshot(self, cancelled: Callable[[], bool] = never) -> Iterator[sa.Connection]:
-        """Yield a connection in a read transaction; changes made meanwhile appear in the next one.
+    def reading(self) -> Iterator[sa.Connection]:
+        """Yield a connection for one question, which sees the file as it is now."""
+        with self.snapshot() as moment, moment.reading() as connection:
+            yield connection
+
+    @contextmanager
+    def snapshot(self, cancelled: Callable[[], bool] = never) -> Iterator["Moment"]:
+        """Yield the file as it is now, for several questions; changes made meanwhile are not seen.
 
         Long queries call `cancelled` now and then, and raise `CancelledError` if it returns True.
         """
-        before, journal = file_id(self.path), journal_ids(self.path)
+        process, before, journal = os.getpid(), file_id(self.path), journal_ids(self.path)
+        connection = None
         try:
-            with plain_errors(self.path), self.engine.connect() as connection:
+            with plain_errors(self.path):
+                connection = self.engine.connect()
                 connection.begin()
-                driver = driver_of(connection)
-                driver.cancelled, journal = cancelled, journal_ids(self.path)
-                try:
-                    yield connection
-                finally:
-                    with suppress(sqlite3.ProgrammingError):  # closed already, as in a forked process
-                        for cursor in [*driver.statements]:
-                            cursor.close()
-                    if driver.alone and before != file_id(self.path):
-                        raise StoreError(f"{self.path} was written while it was being read: try again")
+            driver = driver_of(connection)
+            driver.cancelled, journal = cancelled, journal_ids(self.path)
+            yield Moment(connection)
+            check_replaced(connection)
         finally:
-            remove_journal_of(self.path, before, journal)
+            if connection is not None and process != os.getpid():
+                _INHERITED.append(connection)
+            else:
+                with plain_errors(self.path):
+                    if connection is not None:
+                        _close(connection)
+                remove_journal_of(self.path, before, journal)
+
+
+_INHERITED: list[sa.Connection] = []
+"""Connections that a fork has copied into this process; only the parent may close them."""
+
+
+def _close(connection: sa.Connection) -> None:
+    """Close a connection, even if statements of users have not been read to their end."""
+    for cursor in [*driver_of(connection).statements]:
+        cursor.close()
+    connection.close()
+
+
+class Moment:
+    """A catalogue file at one moment, for questions of the thread that opened it.
+
+    Attributes
+    ----------
+    path : Path
+        The path of the file.
+    """
+
+    def __init__(self, connection: sa.Connection) -> None:
+        self._connection, self._owner = connection, (os.getpid(), threading.get_ident())
+        self.path = path_of(connection)
+
+    def there(self) -> bool:
+        """Tell whether there was a catalogue at the path."""
+        with self.reading() as connection:
+            return driver_of(connection).opened is not None
+
+    @contextmanager
+    def reading(self) -> Iterator[sa.Connection]:
+        """Yield the connection for one question.
+
+        Raises
+        ------
+        InputError
+            If the snapshot has ended, or belongs to another thread.
+        StoreError
+            If another file was copied over this one before the question was answered.
+        """
+        if self._owner != (os.getpid(), threading.get_ident()):
+            raise InputError("a snapshot belongs to the thread that opened it: open another one here")
+        if self._connection.closed:
+            raise InputError(_ENDED)
+        try:
+            with plain_errors(self.path):
+                yield self._connection
+        except ClosedError:  # rows that are still read after the end
+            raise InputError(_ENDED) from None
+        except DamagedError:
+            check_replaced(self._connection)
+            raise
+        check_replaced(self._connection)
+
+
+_ENDED = "the snapshot has ended: ask, and read the rows, within its with block"
 
 
 def _begun(connection: sa.Connection) -> None:
-    """Read a page, because BEGIN alone does not fix what a transaction sees; check the schema again."""
+    """Note what the transaction sees, which fixes it, as BEGIN alone does not; check the schema again."""
     driver = driver_of(connection)
     check_version(driver.path, pragma(driver, "user_version"))
+    driver.seen = Seen(driver.opened, last_run(driver)) if driver.opened else None
+
+
+def read_whole(connection: sa.Connection, rows: Iterable[_Row]) -> Iterator[_Row]:
+    """Yield rows, and raise `StoreError` after the last one if the file was replaced meanwhile."""
+    yield from rows
+    check_replaced(connection)
+
+
+def check_replaced(connection: sa.Connection) -> None:
+    """Raise `StoreError` if the file that a connection reads has been replaced since the transaction began.
+
+    A file that others have written meanwhile still has the run that was the last one then.
+    """
+    if connection.closed:
+        return
+    driver = driver_of(connection)
+    if driver.seen is None or (now := file_id(driver.path)) in (driver.seen.file, None):
+        return  # of a file that was deleted, everything can still be read
+    if driver.alone:
+        raise StoreError(f"{driver.path} was written while it was being read: try again")
+    known = driver.seen.run  # without a run, nothing was seen but an empty catalogue
+    assert now is not None
+    if not (has_run(driver.path, known) if known else now.is_same(driver.opened)):
+        raise StoreError(f"{driver.path} was replaced by another file while it was being read: ask again")
+    driver.seen = Seen(now, driver.seen.run)
 
 
 def open_empty() -> Driver:
@@ -122,7 +228,7 @@ def open_empty() -> Driver:
 @contextmanager
 def reading(path: Path | str | None = None) -> Iterator[sa.Connection]:
     """Open a catalogue for a single snapshot, and close it afterwards."""
-    with Store(path).snapshot() as connection:
+    with Store(path).reading() as connection:
         yield connection
 
 
@@ -133,6 +239,7 @@ def copy_into(connection: sa.Connection, path: Path) -> None:
         whole.execute("PRAGMA journal_mode = OFF")
         whole.execute("PRAGMA synchronous = OFF")
         driver.backup(whole, pages=_PAGES_A_STEP, progress=lambda *_: None, sleep=0)
+    check_replaced(connection)
 
 
 _PAGES_A_STEP = 1000

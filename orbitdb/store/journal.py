@@ -17,7 +17,7 @@ import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
 from orbitdb.store import tables as t
-from orbitdb.store.connection import DATABASE_ERRORS, Driver, open_sqlite, uri_of
+from orbitdb.store.connection import DATABASE_ERRORS, Driver, Run, open_sqlite, uri_of
 from orbitdb.store.paths import FileId, file_id
 
 
@@ -65,7 +65,7 @@ def checkpoint(engine: sa.Engine, other: Driver, limit: int = 0) -> None:
 
 def refuse_foreign_journal(path: Path) -> None:
     """Raise `StoreError` if the journal next to a file belongs to another file."""
-    if journal_size(path) and not _continues(path):
+    if journal_size(path) and not (_has_last_run(path) and _has_every_commit(path)):
         journal, index = (part.name for part in journal_files(path))
         raise StoreError(
             f"{journal} is not the journal of {path}, but of a file that had this name before: move "
@@ -85,35 +85,64 @@ def journal_size(path: Path) -> int:
     return journal.size if journal else 0
 
 
-def _continues(path: Path) -> bool:
-    """Tell whether a journal continues its file: it has the file's last run, and all transactions since then.
+def last_run(driver: Driver) -> Run | None:
+    """Return the last run in a file and its journal, as a connection sees it; None before the first run."""
+    found: Run | None = driver.execute(_LAST_RUN).fetchone()
+    return found
 
-    An older copy of the file has this run, too, but lacks transactions that were moved into the file before
-    the journal began. Others may write meanwhile, so the file is read once before the journal and once after
-    it. No connection can write, because the last one to close would move the journal into the file.
-    """
-    alone = uri_of(path) + "&immutable=1"
-    last = "SELECT id, started, commits FROM run ORDER BY id DESC LIMIT 1"
-    same = "SELECT 1 FROM run WHERE id = ? AND started = ? AND commits >= ?"
-    every = "SELECT coalesce(sum(commits), 0) FROM run"
+
+def has_run(path: Path, run: Run) -> bool:
+    """Tell whether the file that is now at a path has a run, with at least as many commits."""
     try:
-        known = _row_of(alone, last)
+        refuse_foreign_journal(path)
+        return _row_of(uri_of(path) if journal_size(path) else _alone(path), _SAME_RUN, run) is not None
+    except sqlite3.OperationalError as error:
+        return "no such table" not in str(error)  # locked, for example by a process that moves the journal
+    except (StoreError, *DATABASE_ERRORS):
+        return False
+
+
+def _has_last_run(path: Path) -> bool:
+    """Tell whether a journal has the last run of the file beside it, with at least as many commits.
+
+    Others may write meanwhile, so the file is read before the journal. No connection can write, because the
+    last one to close would move the journal into the file.
+    """
+    try:
+        run = _row_of(_alone(path), _LAST_RUN)
     except DATABASE_ERRORS:
         return True  # nothing to compare: damaged, or the first pages are still in the journal
     try:
-        if known and not _row_of(uri_of(path), same, known):
-            return False
-        (written,) = _row_of(uri_of(path), every)
+        return (_row_of(uri_of(path), _SAME_RUN, run) if run else _row_of(uri_of(path), _COMMITS)) is not None
     except sqlite3.OperationalError as error:
         return "no such table" not in str(error)  # locked, or no permission; opening it will say so
     except DATABASE_ERRORS:
         return False
+
+
+def _has_every_commit(path: Path) -> bool:
+    """Tell whether a journal has all commits that its file lacks.
+
+    An older copy of the file lacks those, too, that were moved into the file before the journal began. Others
+    may write meanwhile, so the file is read after the journal.
+    """
     try:
+        (written,) = _row_of(uri_of(path), _COMMITS)
         in_journal = _transactions_in(journal_files(path)[0])
-        (moved,) = _row_of(alone, every)
+        (moved,) = _row_of(_alone(path), _COMMITS)
     except (OSError, *DATABASE_ERRORS):
-        return True  # another process is moving the journal
+        return True  # another process is moving the journal, or opening the file will say what is wrong
     return int(written) - int(moved) <= in_journal
+
+
+_LAST_RUN = "SELECT id, started, commits FROM run ORDER BY id DESC LIMIT 1"
+_SAME_RUN = "SELECT 1 FROM run WHERE id = ? AND started = ? AND commits >= ?"
+_COMMITS = "SELECT coalesce(sum(commits), 0) FROM run"
+
+
+def _alone(path: Path) -> str:
+    """Return the URI of a file without its journal."""
+    return uri_of(path) + "&immutable=1"
 
 
 def _row_of(uri: str, query: str, values: tuple[Any, ...] = ()) -> Any:

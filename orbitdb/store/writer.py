@@ -17,7 +17,7 @@ from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.store import tables as t
 from orbitdb.store.connection import Driver
 from orbitdb.store.engines import make_engine, open_to_write, plain_errors
-from orbitdb.store.file import Store
+from orbitdb.store.file import reading
 from orbitdb.store.file_kind import need_newest
 from orbitdb.store.journal import (
     JOURNAL_LIMIT,
@@ -87,7 +87,7 @@ class Writer:
     def reading(self) -> Iterator[Connection]:
         """Yield a connection that sees the file as it is now, even while others write."""
         self._check_file()
-        with Store(self.path).snapshot() as connection:
+        with reading(self.path) as connection:
             yield connection
 
     def try_to_write(self) -> None:

@@ -323,7 +323,7 @@ def certify(path: Path, selection: Selection, sample: int | None = None, seed: i
     """
     place, stadium = f"at a = {format_float(selection.a)}", Stadium(selection.a)
     source = Store(path)
-    with source.snapshot() as connection:
+    with source.reading() as connection:
         scope = Scope(connection, sample=sample)
         number = scope.scalar("SELECT id FROM stadium WHERE a = :a", a=selection.a)
         if number is None:
@@ -334,7 +334,7 @@ def certify(path: Path, selection: Selection, sample: int | None = None, seed: i
     todo = {p: np.setdiff1d(ids, certified) for p, ids in chosen.items()}
     with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
         for block in blocks(todo, _BATCH):
-            with source.snapshot() as connection:
+            with source.reading() as connection:
                 scope = Scope(connection)
                 ids, stored = stored_orbits(scope, selection.a, block)
                 query = f"SELECT run FROM orbit WHERE stadium = :stadium AND cycle {LISTED} ORDER BY cycle"

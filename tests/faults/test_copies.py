@@ -53,10 +53,10 @@ def test_a_copy_replaces_no_catalogue(varied, own, tmp_path, cli):
 
 def test_a_copy_in_a_snapshot_is_that_of_the_snapshot(own, tmp_path):
     catalogue = Catalogue(own)
-    with catalogue.snapshot():
-        assert catalogue.count(p=7) == 0
+    with catalogue.snapshot() as then:
+        assert then.count(p=7) == 0
         list(fill_periods(own, 1.6, [7]))
-        catalogue.copy(tmp_path / "copy.db")
+        then.copy(tmp_path / "copy.db")
     assert (Catalogue(tmp_path / "copy.db").count(p=7), catalogue.count(p=7)) == (0, 712)
 
 

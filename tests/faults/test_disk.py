@@ -202,13 +202,13 @@ from orbitdb.store.lookup import a_values
 from orbitdb.store.file import Store
 reader = Store(sys.argv[1])
 try:
-    with reader.snapshot() as moment:
-        print(a_values(moment), flush=True)
+    with reader.reading() as connection:
+        print(a_values(connection), flush=True)
         input()
 except StoreError as error:
     print(error)
-with reader.snapshot() as moment:
-    print(a_values(moment))
+with reader.reading() as connection:
+    print(a_values(connection))
 """
 
 

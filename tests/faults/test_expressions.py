@@ -171,10 +171,10 @@ def test_the_time_limit_of_a_query_ends_with_it(own, monkeypatch):
     monkeypatch.setattr(asking, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     monkeypatch.setattr(asking, "STEPS_BETWEEN_LOOKS", 100)
     catalogue = Catalogue(own, 1.6)
-    with catalogue.snapshot():
-        assert catalogue.count(where="p = 3") == 8
+    with catalogue.snapshot() as then:
+        assert then.count(where="p = 3") == 8
         clock[0] += 3600
-        assert catalogue.count() > 300
+        assert then.count() > 300
 
 
 LOOKING = """

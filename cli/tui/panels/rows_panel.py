@@ -121,17 +121,17 @@ class RowsPanel(Vertical, Working):
             time.sleep(_PAUSE if patient else 0.0)
             if cancelled():
                 return
-            with catalogue.snapshot(cancelled):
-                listing = catalogue.rows(selection, columns=fields, order=str(ordering))
+            with catalogue.snapshot(cancelled) as then:
+                listing = then.rows(selection, columns=fields, order=str(ordering))
                 gaps = "; ".join(map(_with_key, listing.gaps))
                 if early:
-                    yield Pages.read(catalogue, selection, ordering, fields, _FIRST), gaps, None
-                rows = Pages.read(catalogue, selection, ordering, fields)
+                    yield Pages.read(catalogue, selection, ordering, fields, then, _FIRST), gaps, None
+                rows = Pages.read(catalogue, selection, ordering, fields, then)
                 if not len(rows):
                     gaps = "; ".join(map(_with_key, listing.notes))
                 count = len(rows) if selection == unfiltered else total
                 if count is None:
-                    count = catalogue.count(unfiltered)
+                    count = then.count(unfiltered)
             yield rows, gaps, count
 
         def show(found: tuple[Pages, str, int | None]) -> None:

@@ -37,7 +37,8 @@ def catalogue(asked):
 
 
 def pages_of(catalogue, selection, ordering=NATURAL, columns=SHOWN):
-    return Pages.read(Catalogue(catalogue.path), selection, ordering, columns)
+    opened = Catalogue(catalogue.path)
+    return Pages.read(opened, selection, ordering, columns, opened)
 
 
 @pytest.mark.slow
@@ -59,8 +60,8 @@ def test_pages_agree_with_a_list_and_find_words(asked, criteria, ordering, names
 
 def test_reading_can_be_cancelled(catalogue):
     two = Selection(periods=((2, 2),))  # so few rows that the query ends before it checks for cancellation
-    with pytest.raises(CancelledError), catalogue.snapshot(cancelled=lambda: True):
-        list(catalogue.rows(two, columns=("code",)))
+    with pytest.raises(CancelledError), catalogue.snapshot(cancelled=lambda: True) as then:
+        list(then.rows(two, columns=("code",)))
 
 
 def test_a_bad_filter_is_refused(catalogue):
