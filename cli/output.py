@@ -89,6 +89,21 @@ def notes(messages: Iterable[str]) -> None:
         note(message)
 
 
+def confirm(deed: str, undone: str) -> None:
+    """Ask on a terminal whether to do something, such as "delete 3 words"; end the command if not.
+
+    Raises
+    ------
+    InputError
+        If stdin is no terminal; --yes would answer.
+    """
+    if not sys.stdin.isatty():
+        raise InputError(f"this would {deed}: confirm with --yes")
+    if not typer.confirm(f"{deed[0].upper()}{deed[1:]}?", err=True):
+        note(undone)
+        raise typer.Exit(1)
+
+
 class _Notes(logging.Handler):
     """Writes what the library logs as notes."""
 

@@ -882,25 +882,29 @@ class Catalogue:
         jobs: int | None = 1,
         method: str = "newton",
         sweep: bool = False,
+        geometric: bool = False,
         a: float | None = None,
     ) -> "Need":
         """Estimate the words to solve, the time and the disk space of a fill or, with `sweep`, of a sweep.
 
+        With `geometric`, estimate what the geometrically pruned words need that such a fill stores as well.
         The other parameters are those of `fill`.
         """
-        from orbitdb.filling.estimate import SWEEP, need
+        from orbitdb.filling.estimate import SWEEP, need, need_of_pruned
         from orbitdb.filling.fill import check_method
         from orbitdb.filling.workers import number_of
 
         check_method(method)
         at, wanted, number = self._at(a), chosen_periods(periods), number_of(jobs)
+        if geometric:
+            return need_of_pruned(self._present().path, wanted, number)
         return need(self._present().path, at, wanted, number, SWEEP if sweep else method)
 
-    def check_room(self, needed: "Need") -> None:
-        """Raise `StoreError` if the disk has less free space than a fill needs (`estimate`)."""
+    def check_room(self, *needed: "Need") -> None:
+        """Raise `StoreError` if the disk has less free space than fills need (`estimate`)."""
         from orbitdb.filling.estimate import check_room
 
-        check_room(self.path, needed)
+        check_room(self.path, *needed)
 
     def fill(
         self,

@@ -16,7 +16,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import MOST_JOBS, Database, HalfLength, Jobs, count_option, refuse_idle, takes_only
-from orbitdb.cli.output import Output, code_text, note, notes, progress
+from orbitdb.cli.output import Output, code_text, confirm, note, notes, progress
 from orbitdb.cli.snapshots import bring, given_codes, primitive
 from orbitdb.errors import InputError
 from orbitdb.text import format_float, gigabytes, several
@@ -124,7 +124,7 @@ def planned(
 ) -> "tuple[Catalogue, str, Need]":
     """Return a catalogue, what is to be done in it, and what that takes (`Catalogue.estimate`).
 
-    A large fill or sweep is announced. With --dry-run, any is, and the command ends.
+    A large fill or sweep is announced. With --dry-run, any is.
     """
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import LARGE, about
@@ -134,9 +134,17 @@ def planned(
     if dry_run or coming.words >= LARGE:
         room = f" and up to {gigabytes(coming.bytes)}" if coming.bytes else ""
         note(f"{span}: {several(coming.words, 'word')} to solve, {about(coming.seconds)}{room}, in {db}")
-    if dry_run:
-        raise typer.Exit
     return catalogue, span, coming
+
+
+def _announce_pruned(span: str, coming: "Need", db: Path, yes: bool) -> None:
+    """Say how many geometrically pruned words will be stored; ask whether to store very many."""
+    from orbitdb.filling.estimate import MANY_PRUNED, about
+
+    words, room = several(coming.words, "geometrically pruned word"), gigabytes(coming.bytes)
+    note(f"{span}: {words} to store, {about(coming.seconds)} and up to {room}, in {db}")
+    if coming.words >= MANY_PRUNED and not yes:
+        confirm(f"store {words}, up to {room}, in {db}", "nothing was stored")
 
 
 @contextmanager
@@ -178,14 +186,16 @@ def fill(
     ] = "newton",
     solvers: Solvers,
     dry_run: DryRun = False,
+    yes: options.Yes = False,
     db: Database,
 ) -> None:
     """Fill a catalogue with all words of the given periods, and the orbits among them.
 
-    An interrupted fill continues where it stopped; finished periods are skipped.
+    An interrupted fill continues where it stopped; finished periods are skipped. --geometric first says how
+    many words it stores, and asks if there are ten million or more.
     """
     from orbitdb.catalogue import Catalogue
-    from orbitdb.orbits.status import Status
+    from orbitdb.symbols.pruning import count_pruned
 
     if code:
         takes_only(context, "with --code", "code", "a", "method", "dry_run")
@@ -195,12 +205,20 @@ def fill(
     if asked is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
     periods = asked_periods(context, asked, first)
+    if yes and not geometric:
+        raise InputError("--yes answers the question of --geometric: leave out --yes")
     catalogue, span, coming = planned(periods, a, solvers, db, dry_run, method=method)
-    catalogue.check_room(coming)
+    needs = [coming]
+    if geometric:
+        needs.append(catalogue.estimate(periods, jobs=solvers.number(), geometric=True))
+        _announce_pruned(span, needs[-1], db, yes or dry_run)
+    if dry_run:
+        return
+    catalogue.check_room(*needs)
     start = time.monotonic()
-    with working(catalogue, db, solvers, span, coming.seconds) as work:
+    with working(catalogue, db, solvers, span, sum(need.seconds for need in needs)) as work:
         fills = catalogue.fill(periods, geometric=geometric, method=method, **work)
-        pruned = catalogue.count(p=periods, status=Status.GEOMETRIC) if geometric else 0
+    pruned = sum(map(count_pruned, periods))
     n_t, n_c = (sum(getattr(fill, name) or 0 for fill in fills) for name in ("n_t", "n_c"))
     stored = f"{several(n_t, 'word')}, {several(n_c, 'orbit')}"
     stored += f", {several(pruned, 'geometrically pruned word')}" if geometric else ""
@@ -240,6 +258,8 @@ def sweep(
     """
     periods = asked_periods(context, asked, first)
     catalogue, span, coming = planned(periods, a, solvers, db, dry_run, sweep=True)
+    if dry_run:
+        return
     start = time.monotonic()
     with working(catalogue, db, solvers, span, coming.seconds) as work:
         sweeps = catalogue.sweep(periods, **work)

@@ -1,6 +1,5 @@
 """``orbitdb info``, ``delete`` and ``migrate``: describe the catalogue, delete parts, update its schema."""
 
-import sys
 from itertools import groupby
 from operator import itemgetter
 from typing import Annotated
@@ -8,9 +7,8 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.output import Output, note, write_facts
+from orbitdb.cli.output import Output, confirm, note, write_facts
 from orbitdb.cli.snapshots import bring
-from orbitdb.errors import InputError
 from orbitdb.text import format_float
 
 EXAMPLES = {
@@ -51,8 +49,9 @@ def delete(
 ) -> None:
     """Delete what is stored at one half length: orbits, fills, sweeps, levels, bounds and trajectories.
 
-    With --p, only the orbits, fills and sweeps of these periods go. Births and deaths stay, because they
-    belong to no half length. On a terminal you are asked first.
+    With --p, only the orbits, fills and sweeps of these periods go. Geometrically pruned words go with the
+    last fill of their period. Births and deaths stay, because they belong to no half length. On a terminal
+    you are asked first.
     """
     from orbitdb.catalogue import Catalogue
 
@@ -63,11 +62,7 @@ def delete(
         note(f"nothing {f'of period {p} ' if p else ''}is stored {where}")
         raise typer.Exit(1)
     if not yes:
-        if not sys.stdin.isatty():
-            raise InputError(f"this would delete {contents} {where}: confirm with --yes")
-        if not typer.confirm(f"Delete {contents} {where}?", err=True):
-            note("nothing was deleted")
-            raise typer.Exit(1)
+        confirm(f"delete {contents} {where}", "nothing was deleted")
     note(f"deleted {catalogue.delete(a, p, only=None if yes else contents)} {where}")
 
 

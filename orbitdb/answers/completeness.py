@@ -17,12 +17,12 @@ from orbitdb.orbits.status import Status
 from orbitdb.store.connection import DATABASE_ERRORS, Connection
 from orbitdb.store.lives import counts_at
 from orbitdb.store.lookup import WITH_ORBITS, a_values, default_among
-from orbitdb.store.periods import Fill, pruned_periods, read_birth_fills, read_fills, read_sweeps
+from orbitdb.store.periods import Fill, read_birth_fills, read_fills, read_pruned_fills, read_sweeps
 from orbitdb.store.select import asks_of_lives, parse_order
 from orbitdb.store.selection import Selection, SelectionError, written_periods
 from orbitdb.store.where import check, codes_are_texts, reads_codes
 from orbitdb.symbols.enumeration import MAX_PERIOD
-from orbitdb.symbols.pruning import count_admissible, count_primitive, rules_of_pattern
+from orbitdb.symbols.pruning import count_pruned, rules_of_pattern
 from orbitdb.text import format_float, shortened
 
 if TYPE_CHECKING:
@@ -234,15 +234,17 @@ def pruned_not_stored(connection: Connection, chosen: Selection) -> str | None:
     """Return a line that names chosen periods without stored geometrically pruned words, or None."""
     if Status.GEOMETRIC not in chosen.statuses:
         return None
-    stored = pruned_periods(connection)
+    begun = read_pruned_fills(connection)
+    stored = [p for p, (_, whole) in begun.items() if whole]
     filled = [(p, p) for p in filled_periods(connection, chosen)]
     periods = _within(chosen.periods or filled or [(2, _USUAL)], stored)
     if not periods:
         return None
-    total = sum(count_primitive(p) - count_admissible(p) for p in periods)
+    total = sum(count_pruned(p) for p in periods)
+    all_ = " all" if begun.keys() & set(periods) else ""
     first = f" --from {periods[0]}" if periods[0] > 2 else ""
     return (
-        f"geometrically pruned words of {written_periods(periods)} are not stored (there "
+        f"geometrically pruned words of {written_periods(periods)} are not{all_} stored (there "
         f"{'are' if total > 1 else 'is'} {total:,}): "
         f"'orbitdb fill --p {periods[-1]}{first} --geometric' stores them"
     )

@@ -8,9 +8,9 @@ from orbitdb.output_files import check_space
 from orbitdb.store.file import reading
 from orbitdb.store.file_kind import check_file
 from orbitdb.store.lookup import a_values
-from orbitdb.store.periods import read_fills, read_sweeps
+from orbitdb.store.periods import read_fills, read_pruned_fills, read_sweeps
 from orbitdb.store.tables import SCHEMA_VERSION
-from orbitdb.symbols.pruning import count_admissible
+from orbitdb.symbols.pruning import count_admissible, count_pruned
 
 LARGE = 1_000_000
 """A fill of at least this many words begins with an estimate."""
@@ -21,6 +21,14 @@ _BYTES_A_BOUNCE = 2.0
 
 That is for large a, where almost all words are orbits; at a = 1.6, about half of them are.
 """
+
+PRUNED_BYTES = 45.0
+_PRUNED_BYTES_A_BOUNCE = 4.0
+_FINDING_PRUNED, _STORING_PRUNED = 1.0e-6, 2.0e-6
+"""A geometrically pruned word of period p takes at most 45 + 4 p bytes, and about these times in seconds."""
+
+MANY_PRUNED = 10_000_000
+"""From this number of pruned words on, the command asks before it stores them."""
 
 _EMPTY = 400_000
 """Bytes of a file with a few words."""
@@ -84,6 +92,20 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     return Need(words, 0 if method == SWEEP else round(room), seconds, alone * words)
 
 
+def need_of_pruned(path: Path, periods: Sequence[int], jobs: int) -> Need:
+    """Estimate what storing the geometrically pruned words of periods takes (see `need`)."""
+    left = {p: count_pruned(p) for p in periods}
+    if check_file(path) == SCHEMA_VERSION:
+        with reading(path) as connection:
+            for p, (done, _) in read_pruned_fills(connection).items():
+                if p in left:
+                    left[p] -= done
+    words = sum(left.values())
+    room = sum((PRUNED_BYTES + _PRUNED_BYTES_A_BOUNCE * p) * count for p, count in left.items())
+    seconds = max(_STORING_PRUNED, (_FINDING_PRUNED + _STORING_PRUNED) / jobs) * words
+    return Need(words, round(room), seconds, (_FINDING_PRUNED + _STORING_PRUNED) * words)
+
+
 def _rates(done: Sequence[tuple[int, Sequence[float]]]) -> list[float]:
     """Return the means of the seconds per word in the largest fills or sweeps, [] if all were small."""
     least = max(ENOUGH, max((words for words, _ in done), default=0) / _ALIKE)
@@ -109,11 +131,10 @@ def _stored(path: Path, method: str) -> Iterator[tuple[float, int, int, tuple[fl
                     yield a, fill.p, fill.words, (fill.enumerating, fill.solving, fill.storing, fill.seconds)
 
 
-def check_room(path: Path, needed: Need) -> None:
-    """Raise `StoreError` if the disk has less free space than a fill and its journal need."""
-    check_space(
-        path, needed.bytes + min(needed.bytes, _JOURNAL), f"{needed.words} words and their journal take up to"
-    )
+def check_room(path: Path, *needed: Need) -> None:
+    """Raise `StoreError` if the disk has less free space than fills and their journal need."""
+    room, words = sum(each.bytes for each in needed), sum(each.words for each in needed)
+    check_space(path, room + min(room, _JOURNAL), f"{words} words and their journal take up to")
 
 
 def duration(seconds: float) -> str:

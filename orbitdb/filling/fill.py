@@ -1,4 +1,4 @@
-"""Fill a catalogue with the orbits of periods or single words at a given a, or with births and deaths.
+"""Fill a catalogue with the orbits of periods or single words at a given a, with births, or pruned words.
 
 A period is cut into blocks, which any process can enumerate and solve. The result of a block depends only on
 its input, not on where or in which order blocks are solved. How a period that was stopped is continued, is in
@@ -20,7 +20,7 @@ from orbitdb.arrays import Integers
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
-from orbitdb.filling.estimate import check_room, need
+from orbitdb.filling.estimate import check_room, need, need_of_pruned
 from orbitdb.filling.period_jobs import PeriodJob, Step, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
 from orbitdb.orbits.admissible import solve_admissible
@@ -34,11 +34,18 @@ from orbitdb.store import storing, tables
 from orbitdb.store.cursors import Cursor, OvertakenError, open_cursor
 from orbitdb.store.file import reading
 from orbitdb.store.lookup import find_or_solve
-from orbitdb.store.periods import count_births, counts_when_done, read_birth_fills, status_counts, words_up_to
+from orbitdb.store.periods import (
+    count_births,
+    counts_when_done,
+    pruned_up_to,
+    read_birth_fills,
+    status_counts,
+    words_up_to,
+)
 from orbitdb.store.selection import LEAST_PERIOD
 from orbitdb.store.writer import Writer
-from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_words
-from orbitdb.symbols.pruning import FAMILY, count_admissible, count_primitive, rule_numbers, rules_broken
+from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_spans, primitive_words
+from orbitdb.symbols.pruning import FAMILY, RULES, count_admissible, count_pruned, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import SIZES, class_of, joined_words
 from orbitdb.symbols.words import from_strings, key, keys, pack, parse_primitive, to_strings, unpack
 
@@ -122,9 +129,6 @@ def cut_into_blocks(
     return (partial(solve_block, solve, stored, span) for span in spans)
 
 
-_LAST_FULL_MASK = 64
-
-
 def fill(
     path: Path,
     a: float,
@@ -137,15 +141,19 @@ def fill(
 ) -> None:
     """Fill the given periods at the given a (`Catalogue.fill`)."""
     check_method(method)
-    coming = need(path, a, periods, number_of(jobs, workers), method)
-    check_room(path, coming)
+    number = number_of(jobs, workers)
+    coming = need(path, a, periods, number, method)
+    further = need_of_pruned(path, periods if geometric else (), number)
+    check_room(path, coming, further)
     with at_work(coming.alone, jobs, workers) as solving:
         words = {p: count_admissible(p) for p in periods}
         steps = fill_periods(path, a, periods, method, solving)
         run_steps(steps, "words", words, tell, sum(words.values()) - coming.words)
-        if geometric:
-            words = {p: count_primitive(p) for p in periods}
-            run_steps(fill_geometric(path, periods), "pruned words", words, tell)
+    if geometric:
+        words = {p: count_pruned(p) for p in periods}
+        with at_work(further.alone, jobs, workers) as listing:
+            steps = fill_geometric(path, periods, listing)
+            run_steps(steps, "pruned words", words, tell, sum(words.values()) - further.words)
 
 
 def fill_periods(
@@ -204,25 +212,61 @@ class _Fill(PeriodJob):
         return words, counts_when_done(cursor.p, counts) | {"words": words}
 
 
-def fill_geometric(path: Path, periods: Iterable[int]) -> Generator[Step]:
+PRUNED_BLOCK = 1 << 17
+"""Most words, pruned or not, in a block of pruned words."""
+
+_RULES = [",".join(map(str, rule_numbers(mask))) for mask in range(1 << len(RULES))]
+"""The text for each set of broken rules."""
+
+
+@dataclass(frozen=True, eq=False)
+class PrunedBlock:
+    """The geometrically pruned words of a span, in order, and the rules that each of them breaks."""
+
+    span: Span
+    words: list[str]
+    rules: list[str]
+
+
+def find_pruned(span: Span) -> PrunedBlock:
+    """Find the geometrically pruned primitive words in a span."""
+    words, rules = list[str](), list[str]()
+    for every in primitive_words(span):
+        masks = rules_broken(every)
+        if span.p == len(FAMILY):
+            masks[keys(pack(every), span.p) == key(FAMILY)] = 0
+        words += to_strings(every[masks > 0])
+        rules += [_RULES[mask] for mask in masks[masks > 0].tolist()]
+    return PrunedBlock(span, words, rules)
+
+
+def fill_geometric(path: Path, periods: Iterable[int], workers: Workers = HERE) -> Generator[Step]:
     """Store the geometrically pruned primitive words of the given periods, with the rules that they break.
 
-    Yields a `Step` after every batch. It counts all primitive words of the period, pruned or not.
+    Yields a `Step` after every stored block (`resume`).
     """
-    names = [",".join(map(str, rule_numbers(mask))) for mask in range(_LAST_FULL_MASK)]
-    with closing(Writer(path, {"command": "fill --geometric", "periods": list(periods)})) as writer:
-        for p in periods:
-            done, total = 0, count_primitive(p)
-            for words in primitive_words(p):
-                masks = rules_broken(words)
-                pruned = masks > 0
-                if p == len(FAMILY):
-                    pruned &= keys(pack(words), p) != key(FAMILY)
-                rules = [names[mask] for mask in masks[pruned].tolist()]
-                with writer.writing() as connection:
-                    storing.add_pruned(connection, p, to_strings(words[pruned]), rules)
-                done += len(words)
-                yield Step(p, done, total)
+    periods = sorted(set(periods))
+    with closing(Writer(path, {"command": "fill --geometric", "periods": periods})) as writer:
+        yield from resume(_Pruned(writer), periods, workers)
+
+
+class _Pruned(PeriodJob):
+    def total(self, p: int) -> int:
+        return count_pruned(p)
+
+    def open(self, connection: "Connection", p: int) -> Cursor:
+        return open_cursor(connection, tables.pruned_fill, p=p)
+
+    def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[PrunedBlock]]:
+        return (partial(find_pruned, span) for span in primitive_spans(cursor.p, PRUNED_BLOCK, cursor.after))
+
+    def store(self, connection: "Connection", cursor: Cursor, part: PrunedBlock) -> dict[str, float]:
+        # backwards, because ids fall as words rise, and ascending ids fill the pages of the table better
+        storing.add_pruned(connection, cursor.p, part.words[::-1], part.rules[::-1])
+        return {"words": len(part.words)}
+
+    def counted(self, connection: "Connection", cursor: Cursor) -> tuple[int, dict[str, Any]]:
+        return pruned_up_to(connection, cursor.p, "5" * cursor.p), {}
 
 
 def check_method(method: str) -> None:

@@ -1,4 +1,4 @@
-"""The loop shared by fills, sweeps and births: solve what is missing, block by block, and store it.
+"""The loop shared by fills, sweeps, births and pruned words: do what is missing, block by block.
 
 Each kind of work has a table of cursors with one row per period: its state, the word up to which everything
 is stored, and the counts and times so far. A block and its cursor are written in one transaction, so the work
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Step(NamedTuple):
-    """Progress of a fill, a sweep or a search for births: how many of the words of a period are done."""
+    """Progress of work on a period: how many of its words are done."""
 
     p: int
     words: int
@@ -37,6 +37,10 @@ class PeriodJob(ABC):
 
     def __init__(self, writer: Writer) -> None:
         self.writer = writer
+
+    def total(self, p: int) -> int:
+        """Return the number of words that a period must have in the end."""
+        return count_admissible(p)
 
     @abstractmethod
     def open(self, connection: "Connection", p: int) -> Cursor:
@@ -98,14 +102,14 @@ def _blocks(work: PeriodJob, cursors: dict[int, Cursor], workers: Workers) -> Ge
             cursors[p] = move(connection, cursors[p], part.span, spent)
         if part.span.upto == Span.of_period(p).upto:
             _close(work, cursors[p])
-        yield Step(p, cursors[p].words, count_admissible(p))
+        yield Step(p, cursors[p].words, work.total(p))
 
 
 def _close(work: PeriodJob, cursor: Cursor) -> None:
     """Check that a period is complete, and mark it as done; raise `OvertakenError` if it already is."""
     with work.writer.reading() as connection:  # takes a while; others may write meanwhile
         words, values = work.counted(connection, cursor)
-    if words != (total := count_admissible(cursor.p)):
+    if words != (total := work.total(cursor.p)):
         raise StoreError(
             f"period {cursor.p} has {words} words instead of {total}: {work.writer.path} is damaged"
         )
@@ -118,7 +122,7 @@ def _close(work: PeriodJob, cursor: Cursor) -> None:
 def run_steps(
     steps: Generator[Step], what: str, totals: Mapping[int, int], tell: Tell, stored: int = 0
 ) -> None:
-    """Run a fill, a sweep or a search for births, and report its progress over all periods.
+    """Run the work on periods, and report its progress over all of them.
 
     `totals` has the number of words of each period; `stored` is the number of words stored before.
     """

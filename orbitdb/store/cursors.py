@@ -1,4 +1,4 @@
-"""Cursors: how far the work on a period has come, in the tables `fill`, `sweep` and `birth_fill`.
+"""Cursors: how far the work on a period has come, in `fill`, `pruned_fill`, `sweep` and `birth_fill`.
 
 A cursor's row is stored before the work begins, and must still be there, unmoved, whenever a block is stored.
 So neither another process nor a deletion can make rows of one stadium or period appear as another's.
@@ -23,7 +23,7 @@ class OvertakenError(Exception):
 
 @dataclass(frozen=True)
 class Cursor:
-    """Progress of the work on one period: a row of `fill`, `sweep` or `birth_fill`."""
+    """Progress of the work on one period: a row of one of these tables."""
 
     table: Table
     row: dict[str, Any]

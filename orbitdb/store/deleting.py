@@ -13,7 +13,7 @@ from orbitdb.store import tables as t
 from orbitdb.store.engines import make_engine, open_to_write, plain_errors
 from orbitdb.store.journal import checkpoint, journal_ids, remove_journal_of
 from orbitdb.store.paths import file_id
-from orbitdb.store.periods import Contents, contents
+from orbitdb.store.periods import Contents, contents, filled_last
 from orbitdb.store.writer import Writer
 
 
@@ -23,7 +23,8 @@ def delete(
     """Delete what is stored at a given a, return its space to the disk, and return what it was.
 
     With `spans`, ranges of periods, only orbits, fills and sweeps of these periods are deleted. Classes stay
-    as long as an orbit at another a, or births, need them. Raises `StoreError`, without deleting anything,
+    as long as an orbit at another a, or births, need them, and geometrically pruned words as long as their
+    period is filled at another a. Raises `StoreError`, without deleting anything,
     unless `only` is None or what is stored.
     """
     classes = select(t.cycle.c.id).where(t.in_spans(t.cycle.c.p, spans))
@@ -44,6 +45,8 @@ def delete(
             own[t.trajectory] = sa.true()
             for table in (t.entropy_bound, t.level_fill, t.level):
                 connection.execute(sa.delete(table).where(table.c.a == a))
+        for table in (t.pruned, t.pruned_fill):
+            connection.execute(sa.delete(table).where(filled_last(table, a, spans)))
         for table, rows in own.items():
             connection.execute(sa.delete(table).where(t.at_a(table, a), rows))
         for statement in _unused():

@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import sqlalchemy as sa
+from sqlalchemy.dialects.sqlite import dialect
 from sqlalchemy.pool import Pool
+from sqlalchemy.schema import CreateTable
 
 from orbitdb.errors import DamagedError, StoreError
 from orbitdb.store.connection import (
@@ -23,7 +25,7 @@ from orbitdb.store.connection import (
 )
 from orbitdb.store.journal import journal_files, journal_size, refuse_foreign_journal
 from orbitdb.store.paths import check_same_file, file_id
-from orbitdb.store.tables import PAGE_SIZE
+from orbitdb.store.tables import PAGE_SIZE, SCHEMA_VERSION, TABLES
 from orbitdb.store.views import view_texts
 
 _CACHE = 8 << 10
@@ -53,8 +55,12 @@ def _reader(path: Path, alone: bool) -> Driver:
     with _opening(path, uri_of(path, "rw") + mode) as driver:
         driver.alone = alone
         driver.execute("PRAGMA temp_store = MEMORY")
-        views = {text for (text,) in driver.execute("SELECT sql FROM sqlite_master WHERE type = 'view'")}
-        for text in set(view_texts().values()) - views:  # those of another version are for other programs
+        stored = dict(driver.execute("SELECT name, sql FROM sqlite_master"))
+        ((version,),) = driver.execute("PRAGMA user_version")
+        for name in TABLES.keys() - stored.keys() if version < SCHEMA_VERSION else ():
+            text = str(CreateTable(TABLES[name]).compile(dialect=dialect()))
+            driver.execute(text.replace("CREATE TABLE", "CREATE TEMP TABLE", 1))
+        for text in set(view_texts().values()) - set(stored.values()):  # others are for other programs
             driver.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
         driver.add_functions()
         driver.execute("PRAGMA query_only = ON")

@@ -287,6 +287,8 @@ class Contents:
     ----------
     words : int
         Number of words with an orbit or a status.
+    pruned : int
+        Number of geometrically pruned words of periods that are filled at no other a.
     filled, swept : tuple of int
         Periods that are filled or swept, completely or in part.
     levels, bounds, trajectories : int
@@ -295,6 +297,7 @@ class Contents:
     """
 
     words: int
+    pruned: int
     filled: tuple[int, ...]
     swept: tuple[int, ...]
     levels: int = 0
@@ -306,6 +309,7 @@ class Contents:
 
     def __str__(self) -> str:
         parts = [several(self.words, "word")] if self.words else []
+        parts += [several(self.pruned, "geometrically pruned word")] if self.pruned else []
         for noun, periods in (("fill", self.filled), ("sweep", self.swept)):
             if periods:
                 parts.append(f"{several(len(periods), noun)} ({written_periods(periods)})")
@@ -335,7 +339,9 @@ def contents(connection: Connection, a: float, spans: Sequence[tuple[int, int]] 
         (t.trajectory, t.at_a(t.trajectory, a)),
     )
     counts = () if spans else (count(*condition) for condition in rest)
-    return Contents(stored, periods(t.fill), periods(t.sweep), *counts)
+    return Contents(
+        stored, count(t.pruned, filled_last(t.pruned, a, spans)), periods(t.fill), periods(t.sweep), *counts
+    )
 
 
 _SIZES = sa.table("dbstat", sa.column("name"), sa.column("pgsize"), sa.column("aggregate"))
@@ -383,6 +389,23 @@ def runs(connection: Connection) -> list[tuple[str, str]]:
     return [(version, parameters) for version, parameters in connection.execute(query)]
 
 
-def pruned_periods(connection: Connection) -> set[int]:
-    """Return the periods with stored geometrically pruned words."""
-    return set(connection.scalars(select(t.pruned.c.p).distinct()))
+def read_pruned_fills(connection: Connection) -> dict[int, tuple[int, bool]]:
+    """Return the number of pruned words stored so far, and whether these are all, for each period begun."""
+    rows = connection.execute(select(t.pruned_fill.c.p, t.pruned_fill.c.words, t.pruned_fill.c.state))
+    return {p: (words, state == DONE) for p, words, state in rows}
+
+
+def pruned_up_to(connection: Connection, p: int, last: str) -> int:
+    """Count the stored geometrically pruned words of a period up to `last`."""
+    own = t.pruned.c.id.between(-key(last), -keys_of_period(p)[0])
+    return connection.scalar(select(func.count()).select_from(t.pruned).where(own)) or 0
+
+
+def filled_last(table: Table, a: float, spans: Sequence[tuple[int, int]] = ()) -> ColumnElement[bool]:
+    """Return the condition for rows of periods that are filled at this a, and at no other.
+
+    Geometrically pruned words, which are the same at every a, are deleted with the last fill of their period.
+    """
+    here, fills = t.at_a(t.fill, a), select(t.fill.c.p)
+    own = fills.where(here, t.in_spans(t.fill.c.p, spans))
+    return sa.and_(table.c.p.in_(own), table.c.p.not_in(fills.where(~here)))

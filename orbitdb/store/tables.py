@@ -37,14 +37,16 @@ from orbitdb.symbols.words import MAX_KEYED, key
 APPLICATION_ID = 0x6F726264
 """'orbd', in the header of every catalogue file."""
 
-SCHEMA_VERSION = 10
+SCHEMA_VERSION = 11
 """The version of the latest schema, stored as SQLite's user_version; the latest revision has its number."""
 
 OLDEST_VERSION = 9
 """The oldest schema that can be upgraded; files with an older one are refused."""
 
 OLDEST_READABLE = 9
-"""The oldest schema that can be read without an upgrade, because no table lacks a column."""
+"""The oldest schema that can be read without an upgrade, because no table lacks a column.
+
+A reading connection has an empty table for each table that the file does not have yet."""
 
 PAGE_SIZE = 16384
 """Page size of a new file in bytes; SQLite's default is 4096.
@@ -53,7 +55,7 @@ Rows arrive in the order of their keys, and filling one large page takes a fifth
 small ones."""
 
 DONE, FILLING = "done", "filling"
-"""The states of a period in the tables `fill`, `birth_fill` and `sweep`."""
+"""The states of a period in the tables `fill`, `pruned_fill`, `birth_fill` and `sweep`."""
 
 BORN, DIED = "born", "died"
 """The two kinds of change."""
@@ -139,6 +141,16 @@ element = _keyed(
 # Words that break geometric rules, as least rotations (fill --geometric). They have no class. The id is
 # minus the key of the word; longer words are numbered from -LONG down.
 pruned = _numbered("pruned", _integer("p"), _text("word"), _text("rules"), UniqueConstraint("p", "word"))
+
+# How far the pruned words of a period are stored, the number stored so far, and the elapsed time.
+pruned_fill = _keyed(
+    "pruned_fill",
+    _integer("p", primary_key=True),
+    _text("state"),
+    _text("cursor", null=True),
+    _real("seconds"),
+    _integer("words"),
+)
 
 # The result for a class at one value of a; the coordinates, in little-endian float64, and the sign of the
 # area are those of the least word.

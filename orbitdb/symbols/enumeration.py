@@ -8,7 +8,8 @@ word itself. A prefix is dropped as soon as its image under the mirror x is less
 each class; they are compared with their other images one by one.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from itertools import chain, islice
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Indices, Integers, Marks, Masks, Words
 from orbitdb.symbols.pruning import automaton
 from orbitdb.symbols.symmetry import SIZES, mirrored, packed_images
-from orbitdb.symbols.words import BITS, least_rotations, unpack
+from orbitdb.symbols.words import BITS, SYMBOLS, least_rotations, unpack
 
 MAX_PERIOD = 20
 """The highest period that can be enumerated; it has more than 10^9 words."""
@@ -41,15 +42,15 @@ class Span(NamedTuple):
         return cls(p, after, (1 << BITS * p) - 1)
 
 
-def primitive_words(p: int) -> Iterator[Words]:
-    """Generate all primitive cyclic words of period p in order, pruned or not, as least rotations.
+def primitive_words(span: Span) -> Iterator[Words]:
+    """Generate the primitive cyclic words in a span in order, pruned or not, as least rotations.
 
     Yields arrays of shape (n, p). To limit the memory, n is at most a few times `CHUNK`.
     """
-    for codes, lyndon, _ in prefixes(Span.of_period(p), p):
-        whole = lyndon == p
+    for codes, lyndon, _ in prefixes(span, span.p):
+        whole = (lyndon == span.p) & (codes > span.after)
         if whole.any():
-            yield unpack(codes[whole], p)
+            yield unpack(codes[whole], span.p)
 
 
 def prefixes(
@@ -150,8 +151,25 @@ def class_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
     The spans are adjacent and in order, and end at places that do not depend on `after`. The last one ends
     with the last word; it may be shorter, and is empty if no words are left.
     """
+    return _spans(p, _ends(p, size), after)
+
+
+def primitive_spans(p: int, size: int, after: int = -1) -> Iterator[Span]:
+    """Cut the words of a period as `class_spans` does, into spans of at most ``size`` primitive words.
+
+    There may be more if ``size`` is below 6^5, and are usually half as many.
+    """
+    length, most = p - _LAST_SYMBOLS, len(SYMBOLS) ** _LAST_SYMBOLS
+    step = max(size // most, 1)
+    parts = prefixes(Span.of_period(p), length) if length > 0 else iter(())
+    every = chain.from_iterable((codes << BITS * _LAST_SYMBOLS).tolist() for codes, *_ in parts)
+    return _spans(p, (first - 1 for first in islice(every, step, None, step)), after)
+
+
+def _spans(p: int, ends: Iterable[int], after: int) -> Iterator[Span]:
+    """Yield the spans between the places where a period is cut, from a packed word on."""
     start, last = -1, Span.of_period(p).upto
-    for end in _ends(p, size):
+    for end in ends:
         if end > after:
             yield Span(p, max(start, after), end)
         start = end

@@ -179,6 +179,11 @@ def count_admissible(p: int, rules: frozenset[int] = RULE_NUMBERS) -> int:
     return _count_cycles(p, lambda n: _count_rooted(n, rules))
 
 
+def count_pruned(p: int) -> int:
+    """Count the primitive cyclic words of period p that break a geometric rule, without the family 02."""
+    return count_primitive(p) - count_admissible(p) - (p == len(FAMILY))
+
+
 def _count_cycles(p: int, rooted: Callable[[int], int]) -> int:
     """Return the number of primitive cyclic words of period p, from a function that counts closed walks."""
     primitive: dict[int, int] = {}  # number of closed walks that do not repeat a shorter one, by length

@@ -12,10 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from orbitdb.store.periods import counts_when_done, status_counts, words_up_to
+from orbitdb.store.periods import (
+    counts_when_done,
+    pruned_up_to,
+    read_pruned_fills,
+    status_counts,
+    words_up_to,
+)
 from orbitdb.store.tables import DONE, LONG, TABLES
 from orbitdb.symbols import symmetry
-from orbitdb.symbols.pruning import FAMILY, count_admissible, rule_numbers, rules_broken
+from orbitdb.symbols.pruning import FAMILY, count_admissible, count_pruned, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import joined_members, joined_words
 from orbitdb.symbols.words import (
     MAX_KEYED,
@@ -67,6 +73,10 @@ def counts(scope: Scope) -> Iterator[Check]:
             else:
                 faults = _wrong_cursor(scope, row, row["stadium"])
             yield Check.single("counts", f"p = {row['p']} at a = {format_float(row['a'])}", faults)
+    for p, (words, complete) in read_pruned_fills(scope.connection).items():
+        if scope.chooses(p):
+            faults = _wrong_pruned(scope, p, words, complete)
+            yield Check.single("counts", f"pruned words of p = {p}", faults)
     for row in births:
         if row["state"] != DONE and scope.chooses(row["p"]):
             yield Check.single("births", f"p = {row['p']}", _wrong_cursor(scope, row, None))
@@ -97,6 +107,16 @@ def _wrong_cursor(scope: Scope, row: Mapping[str, Any], number: int | None) -> I
     words = 0 if cursor is None else words_up_to(scope.connection, number, p, cursor)
     if words != row["words"]:
         yield f"{words} words up to {cursor} instead of {row['words']}"
+
+
+def _wrong_pruned(scope: Scope, p: int, words: int, complete: bool) -> Iterator[str]:
+    """Yield the faults of the pruned words of a period, of which all up to the cursor must be stored."""
+    last = scope.scalar(f"SELECT cursor FROM pruned_fill WHERE p = {p}")
+    stored = 0 if last is None else pruned_up_to(scope.connection, p, last)
+    if stored != words:
+        yield f"{stored} words up to {last} instead of {words}"
+    if complete and words != (total := count_pruned(p)):
+        yield f"{words} words instead of {total}"
 
 
 def classes(scope: Scope) -> Iterator[Part]:

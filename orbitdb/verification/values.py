@@ -60,6 +60,7 @@ _OWN: Mapping[str, Mapping[str, str]] = {
         "words": "length(words) = p * class_size",
     },
     "pruned": {"p": "p = length(word)"},
+    "pruned_fill": {},
     "orbit": {
         "status": _one_of("status", Status),
         "coordinates": f"(coordinates IS NOT NULL) = ({_EXISTS})",

@@ -209,6 +209,24 @@ def test_a_displayed_bound_holds_for_the_displayed_digits(value, bound):
     assert Fraction(shown) <= Fraction(11, 10) * (Fraction(bound) + Fraction(math.ulp(value)))
 
 
+def test_many_pruned_words_are_stored_only_with_yes(cli, monkeypatch, tmp_path):
+    path = str(tmp_path / "new.db")
+    monkeypatch.setattr("orbitdb.filling.estimate.MANY_PRUNED", 300)
+    chosen = ("fill", "--geometric", "--db", path, "--p")
+    announced = "358 geometrically pruned words to store, under a second and up to "
+    dry, refused = cli(*chosen, "4", "--dry-run"), cli(*chosen, "4")
+    assert dry.code == 0
+    assert announced in dry.err
+    assert "41 words to solve" in dry.err
+    assert refused.code == 2
+    assert announced in refused.err
+    assert "this would store 358 geometrically pruned words, up to " in refused.err
+    assert not (tmp_path / "new.db").exists()
+    assert "75 geometrically pruned words to store" in cli(*chosen, "3").err
+    assert "283 geometrically pruned words to store" in cli(*chosen, "4", "--yes").err
+    assert cli("fill", "--p", "4", "--yes", "--db", path).says(2, "--geometric")
+
+
 def test_a_geometric_fill_stores_the_pruned_words(cli):
     """Each word is stored with the rules it breaks. An ordinary fill stores none."""
     chosen = ("query", "--status", "geometric", "--p", "2-4", "--limit", "1000", "--json")

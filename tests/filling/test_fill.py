@@ -151,7 +151,44 @@ def test_a_geometric_fill_goes_through_all_words_of_a_period(tmp_path):
     steps = list(fill_geometric(tmp_path / "orbits.db", [8]))
     done = [step.words for step in steps]
     assert done == sorted(set(done))
-    assert done[-1] == steps[-1].total == count_primitive(8)
+    assert done[-1] == steps[-1].total == count_primitive(8) - count_admissible(8)
+
+
+def test_a_geometric_fill_that_was_stopped_does_not_count_as_complete(tmp_path, monkeypatch):
+    """Nor do single words. It goes on where it stopped, `verify` knows its rows, and so does `delete`."""
+    monkeypatch.setattr("orbitdb.filling.fill.PRUNED_BLOCK", 1)
+    path = tmp_path / "orbits.db"
+    catalogue = Catalogue.create(path)
+    catalogue.fill("2-6")
+    catalogue.fill(words=["1001"])
+    assert "of period 4 are not stored (there are 283)" in catalogue.rows(p=4, status="geometric").notes[0]
+    steps = fill_geometric(path, [4, 6])
+    stored = [next(steps).words for _ in range(3)]
+    steps.close()
+    assert "of period 6 are not all stored" in catalogue.rows(p="4,6", status="geometric").notes[0]
+    assert catalogue.verify().sound
+    assert catalogue.estimate("4,6", geometric=True).words == 7735 - 252 - stored[-1]
+    alter(path, "DELETE FROM pruned WHERE word = '000001'")
+    assert "counts" in {check.name for check in catalogue.verify().failed}
+    with pytest.raises(StoreError, match="period 6 has 7482 words instead of 7483"):
+        made(path, fill_geometric(path, [4, 6]))
+    assert catalogue.delete(1.6, 6).pruned == 7735 - 252 - 1
+    catalogue.fill("4-6", geometric=True)
+    assert catalogue.rows(p="4-6", status="geometric").notes == ()
+    assert catalogue.verify().sound
+    assert ask(path, "SELECT p, state, words FROM pruned_fill WHERE p < 6") == [
+        (4, "done", 283),
+        (5, "done", 1458),
+    ]
+
+
+def test_pruned_words_go_with_the_last_fill_of_their_period(tmp_path):
+    catalogue = Catalogue.create(tmp_path / "orbits.db")
+    for a in (1, 1.6):
+        catalogue.fill("2-4", a=a, geometric=True)
+    assert catalogue.delete(1, "3-4").pruned == 0
+    assert "345 geometrically pruned words" in str(catalogue.delete(1.6, "3-4"))
+    assert ask(tmp_path / "orbits.db", "SELECT p, count(*) FROM pruned GROUP BY p") == [(2, 13)]
 
 
 def test_a_run_records_its_command_and_parameters(born):

@@ -25,7 +25,7 @@ Work = Callable[[Path], Iterator[Step]]
 WORKS: dict[str, Work] = {
     "fill": lambda path: fill_periods(path, 1.6, [4, 5, 6]),
     "fill at another a": lambda path: fill_periods(path, 1.0, [6]),
-    "fill of pruned words": lambda path: fill_geometric(path, [3, 4]),
+    "fill of pruned words": lambda path: fill_geometric(path, [3, 6]),
     "births": lambda path: fill.fill_births(path, [2, 3, 5]),
     "sweep": lambda path: sweeps.sweep_periods(path, 1.6, [5, 6]),
 }
@@ -52,6 +52,7 @@ def many_blocks() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(fill.METHODS, "newton", fill.Method(solve_admissible, 4))
         patch.setattr(fill, "BIRTHS_BLOCK", 32)
+        patch.setattr(fill, "PRUNED_BLOCK", 1)
         patch.setattr(sweeps, "CLASSES", 4)
         yield
 
@@ -86,6 +87,7 @@ def stored(path: Path) -> Stored:
     with closing(sqlite3.connect(path)) as plain:
         more = {
             "change": "cycle, number, a, error, kind, bounce, joint, event, slope",
+            "pruned_fill": "p, state, cursor, words",
             "birth_fill": "p, state, cursor, words, classes, births, deaths, always, least, largest",
             # without its blocks: a sweep that was merely not closed gets an extra empty one
             "sweep": "stadium, p, state, cursor, words, n_c, classes, boundary, sums, moments",

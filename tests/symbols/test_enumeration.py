@@ -9,7 +9,7 @@ from quick import slow_but
 from rules import broken_by_hand
 from solutions import words_of
 
-from orbitdb.symbols.enumeration import Span, class_spans, least_words, primitive_words
+from orbitdb.symbols.enumeration import Span, class_spans, least_words, primitive_spans, primitive_words
 from orbitdb.symbols.pruning import count_admissible, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import class_of, class_size
 from orbitdb.symbols.words import SYMBOLS, from_strings, to_strings, unpack
@@ -29,7 +29,8 @@ def strings(chunks) -> list[str]:
 @pytest.mark.parametrize("p", slow_but(range(1, 7), range(1, 8)))
 def test_enumeration_agrees_with_brute_force(p):
     every = lyndon_by_hand(p)
-    assert strings(primitive_words(p)) == every
+    assert strings(primitive_words(Span.of_period(p))) == every
+    assert [word for span in primitive_spans(p, 1) for word in strings(primitive_words(span))] == every
     assert to_strings(words_of(p)) == [word for word in every if not broken_by_hand(word)]
 
 

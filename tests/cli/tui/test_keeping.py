@@ -136,8 +136,9 @@ def test_keys_cycle_through_the_values_of_a_criterion():
     for _ in range(6):
         chosen = filter_bar.turned(chosen, "statuses", filter_bar.RINGS["statuses"])
         seen.append(chosen.statuses)
-    assert seen == [(Status.ORBIT,), (Status.DYNAMICAL,), (Status.BOUNDARY,), (Status.GEOMETRIC,),
-                    (Status.UNRESOLVED,), ()]  # fmt: skip
+    cycle = [(Status.ORBIT,), (Status.DYNAMICAL,), (Status.BOUNDARY,), (Status.UNRESOLVED,), ()]
+    assert seen == [*cycle, cycle[0]]  # pruned words, which take a large fill, are chosen from the list
+    chosen = Selection()
     several = Selection(statuses=(Status.ORBIT, Status.BOUNDARY))
     assert filter_bar.turned(several, "statuses", filter_bar.RINGS["statuses"]).statuses == (Status.ORBIT,)
     for reversal in ("self", "pair", None):
