@@ -61,6 +61,9 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.entropy_bounds.bounds import EntropyBounds as EntropyBounds
     from orbitdb.display import Rows as Rows
     from orbitdb.errors import InputError as InputError, StoreError as StoreError, WorkError as WorkError
+    from orbitdb.open_stadium.escape import Escape as Escape
+    from orbitdb.open_stadium.openings import Opening as Opening
+    from orbitdb.open_stadium.question import escape as escape
     from orbitdb.orbits.exponents import OrbitClasses as OrbitClasses
     from orbitdb.orbits.solve import existence as existence, solve as solve, solve_word as solve_word
     from orbitdb.orbits.orbit import Orbit as Orbit
@@ -106,6 +109,9 @@ _HOMES = {
     "entropy_bounds.bounds": ("EntropyBounds",),
     "display": ("Rows",),
     "errors": ("InputError", "StoreError", "WorkError"),
+    "open_stadium.escape": ("Escape",),
+    "open_stadium.openings": ("Opening",),
+    "open_stadium.question": ("escape",),
     "orbits.exponents": ("OrbitClasses",),
     "orbits.orbit": ("Orbit",),
     "orbits.solve": ("existence", "solve", "solve_word"),

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from orbitdb.arrays import Floats
+from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.stadium import HALF_PI, Stadium
 from orbitdb.display import Record
 from orbitdb.errors import InputError, check_int
@@ -50,8 +50,11 @@ class Arcs(NamedTuple):
 def random_arcs(n: int, rng: np.random.Generator) -> Arcs:
     """Draw n bounces on the semicircles from the invariant measure."""
     side = np.where(rng.random(n) < 0.5, -1.0, 1.0)
-    angle = rng.uniform(-HALF_PI, HALF_PI, n)
-    sine = rng.uniform(-1, 1, n)
+    return arcs_at(side, rng.uniform(-HALF_PI, HALF_PI, n), rng.uniform(-1, 1, n))
+
+
+def arcs_at(side: Floats, angle: Floats, sine: Floats) -> Arcs:
+    """Return bounces at given angles on the semicircles, and sines of reflection."""
     cosine = np.sqrt(1 - sine**2)
     x, y = side * np.cos(angle), np.sin(angle)
     return Arcs(side, x, y, -cosine * x - sine * y, -cosine * y + sine * x)
@@ -66,15 +69,21 @@ class ArcStep(NamedTuple):
     kick: Floats  # 2 / sin(theta), the convergence that the bounce adds to a beam
 
 
-def advance(arcs: Arcs, a: float) -> ArcStep:
+def stays(arcs: Arcs) -> Marks:
+    """Tell which trajectories hit the same semicircle next: those whose chord of the circle ends on it."""
+    along = arcs.x * arcs.vx + arcs.y * arcs.vy
+    return arcs.side * (arcs.x - 2 * along * arcs.vx) > 0
+
+
+def advance(arcs: Arcs, a: float, same: Marks | None = None) -> ArcStep:
     """Move trajectories to their next bounce on a semicircle and reflect them.
 
-    The next bounce is on the same semicircle if the chord of the full circle ends on it. Otherwise, the path
-    is unfolded, and the height at which it reaches the x of the other centre determines the copy it hits.
+    A path to the other semicircle is unfolded, and the height at which it reaches the x of the other centre
+    determines the copy it hits. `same` tells which paths end on the same semicircle, by default those that
+    `stays` tells. A path that begins on a straight wall does not; its `side` is the one it moves away from.
     """
     side, x, y, vx, vy = arcs.side, arcs.x, arcs.y, arcs.vx, arcs.vy
-    along = x * vx + y * vy
-    same = side * (x - 2 * along * vx) > 0
+    same = stays(arcs) if same is None else same
     dx = np.where(same, x, x + 2 * a * side)
     level = y - vy * dx / np.copysign(np.maximum(np.abs(vx), _TINY), -side)
     copy = np.where(same, 0.0, np.rint(level / 2))

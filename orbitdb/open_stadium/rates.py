@@ -1,0 +1,114 @@
+"""Escape rates of an open stadium, per leg, per time and per bounce, from the transfer matrix of the leg map.
+
+Survival of m legs falls like rho(M(0, 0))^m, where rho is the spectral radius of the matrix
+(`orbitdb.open_stadium.transfer`). The rates per time and per bounce solve rho(M(0, y)) = 1 and
+rho(M(x, 0)) = 1. If the family of bouncing balls is not cut, its long legs make these two sums diverge. Runs
+along a semicircle do so in rho(M(x, 0)), so the rate per bounce leaves out legs of more than 2/x to 4/x
+bounces.
+The rates are estimates.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from orbitdb.arrays import Floats
+from orbitdb.open_stadium.flight import OpenStadium
+from orbitdb.open_stadium.tails import Tails
+from orbitdb.open_stadium.transfer import Legs
+from orbitdb.progress import Tell, nobody
+
+GRIDS = 200, 300
+"""Cells along each coordinate in the two matrices whose rates are compared."""
+
+_LEAST_ERROR = 0.005
+"""Least relative error of a rate."""
+
+FAST = 0.15
+"""Above this rate per bounce, runs along a semicircle outlive everything else before the rate shows."""
+
+_CUTS = 2.0, 4.0
+_ZERO = 1e-6
+_MOST_SECANTS = 30
+
+
+class Rates(NamedTuple):
+    """Escape rates with their errors, which are estimated; None where a rate is not defined."""
+
+    rate_leg: float | None
+    rate_leg_error: float | None
+    rate_time: float | None
+    rate_time_error: float | None
+    rate_bounce: float | None
+    rate_bounce_error: float | None
+
+
+def escape_rates(stadium: OpenStadium, left: Tails, tell: Tell = nobody) -> Rates:
+    """Return the escape rates of an open stadium whose tails are given.
+
+    Notes
+    -----
+    Each error is twice the change between two grids, at least half a per cent, and at least the statistical
+    error of the points that escape. That of the rate per bounce includes the change between the two cuts.
+    """
+    found, lost = [], 0
+    for done, grid in enumerate(GRIDS):
+        tell(done, len(GRIDS), f"transfer matrix of {grid} x {grid} cells")
+        legs = Legs.of(stadium, grid)
+        found.append(_of_grid(legs, stadium, left))
+        lost = legs.lost
+    coarse, fine = found
+    least = max(_LEAST_ERROR, lost**-0.5) if lost else np.inf
+    pairs: list[float | None] = []
+    for before, after in zip(coarse, fine, strict=True):
+        if before is None or after is None or not least < 1:
+            pairs += [None, None]
+            continue
+        value = sum(after) / len(after)
+        change = abs(sum(before) / len(before) - value)
+        error = max(2 * change, least * value, abs(after[-1] - after[0]))
+        pairs += [value, error] if error < value else [None, None]
+    return Rates(*pairs)
+
+
+Values = tuple[float, ...] | None
+"""One rate, or that of each cut; None if it is not defined."""
+
+
+def _of_grid(legs: Legs, stadium: OpenStadium, left: Tails) -> tuple[Values, Values, Values]:
+    """Return the rates per leg, time and bounce from one matrix."""
+    growth, vector = legs.growth(1.0, np.ones(legs.size))
+    if growth == -np.inf or (left.uncut and np.exp(growth) <= left.continuum):
+        return None, None, None
+    if left.uncut:
+        return (-growth,), None, None
+    billiard = stadium.stadium
+    solve = partial(_solved, legs, vector, growth)
+    per_time = solve(lambda y: np.exp(y * legs.path), -growth * billiard.legs_per_length)
+    first = -growth * billiard.legs_per_bounce
+    per_bounce = tuple(
+        solve(lambda x, cut=cut: np.exp(x * legs.bounces) * (x * legs.bounces <= cut), first) for cut in _CUTS
+    )
+    if None in per_bounce or (left.c2 > 0 and max(per_bounce) > FAST):
+        per_bounce = None
+    return (-growth,), None if per_time is None else (per_time,), per_bounce
+
+
+def _solved(
+    legs: Legs, vector: Floats, growth: float, weights: Callable[[float], Floats], first: float
+) -> float | None:
+    """Return the rate at which ln rho is 0, by the secant method; None if it does not converge.
+
+    `growth` is ln rho at 0, with its vector; `weights` gives the factors of the legs at a rate.
+    """
+    low, below, x = 0.0, growth, first
+    for _ in range(_MOST_SECANTS):
+        value, vector = legs.growth(weights(x), vector)
+        if abs(value) <= _ZERO or value == below:
+            return x
+        low, below, x = x, value, x - value * (x - low) / (value - below)
+        if not 0 < x < np.inf:
+            return None
+    return None
