@@ -194,6 +194,7 @@ _SUBJECTS = {
     "The catalogue": ("catalogue", "store", "filling", "verification", "answers.completeness"),
     "Orbits": ("billiard", "orbits"),
     "Averages and entropy": ("averages", "entropy_bounds", "trajectories.ensemble"),
+    "The open stadium": ("open_stadium",),
     "Levels": ("quantum", "answers.scars"),
     "In a magnetic field": ("magnetic", "answers.field"),
     "Trajectories and the symbol plane": ("trajectories", "symbols", "answers.identification"),

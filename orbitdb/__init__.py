@@ -16,6 +16,9 @@ Trajectories
     `trajectory` follows any trajectory, as `Bounces`; `simulate` averages over random ones, as a
     `Reference`. A `PruningFront` is the border of the orbits in the plane of `symbol_plane`, with a `Front`
     each for walls and semicircles.
+The open stadium
+    `escape` finds how fast trajectories escape through openings of the boundary, as an `Escape`, whose
+    openings are `Opening`.
 Quantum levels
     `levels` computes all levels of a stadium in a range of k, and `waves` the `Wave` of each level.
 Errors

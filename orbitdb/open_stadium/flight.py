@@ -33,7 +33,8 @@ class Flights(NamedTuple):
     def taken(self, chosen: Marks | Indices) -> "Flights":
         """Return some of the trajectories, chosen by a mask or by indices."""
         arcs = Arcs(*(part[chosen] for part in self.arcs))
-        return Flights(arcs, *(part[chosen] for part in self[1:]))
+        marks = self.curved[chosen], self.running[chosen], self.falling[chosen]
+        return Flights(arcs, *marks, self.state[chosen])
 
 
 class Onward(NamedTuple):

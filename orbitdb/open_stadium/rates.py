@@ -88,12 +88,15 @@ def _of_grid(legs: Legs, stadium: OpenStadium, left: Tails) -> tuple[Values, Val
     solve = partial(_solved, legs, vector, growth)
     per_time = solve(lambda y: np.exp(y * legs.path), -growth * billiard.legs_per_length)
     first = -growth * billiard.legs_per_bounce
-    per_bounce = tuple(
-        solve(lambda x, cut=cut: np.exp(x * legs.bounces) * (x * legs.bounces <= cut), first) for cut in _CUTS
-    )
-    if None in per_bounce or (left.c2 > 0 and max(per_bounce) > FAST):
-        per_bounce = None
-    return (-growth,), None if per_time is None else (per_time,), per_bounce
+    per_bounce = [solve(partial(_up_to, legs.bounces, cut), first) for cut in _CUTS]
+    known = tuple(rate for rate in per_bounce if rate is not None)
+    slow = len(known) == len(_CUTS) and (left.c2 == 0 or max(known) <= FAST)
+    return (-growth,), None if per_time is None else (per_time,), known if slow else None
+
+
+def _up_to(bounces: Floats, cut: float, x: float) -> Floats:
+    """Return the factors e^(x n) of legs of at most cut / x bounces, and 0 for longer ones."""
+    return np.exp(np.minimum(x * bounces, cut)) * (x * bounces <= cut)
 
 
 def _solved(

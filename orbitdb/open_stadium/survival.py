@@ -114,8 +114,11 @@ def count(open_stadium: OpenStadium, rows: Rows, n: int, seed: np.random.SeedSeq
         flights, left = way.flights.taken(kept), left[kept]
         bounce, time, legs = bounce[kept], time[kept], legs[kept]
     weight = starts.before
-    kinds = zip(rows, ends, ("left", "left", "right"), strict=True)
-    survived = [np.searchsorted(row, end, side) for row, end, side in kinds]
+    survived = [
+        np.searchsorted(rows.bounces, ends[0]),
+        np.searchsorted(rows.time, ends[1]),
+        np.searchsorted(rows.legs, ends[2], "right"),
+    ]
     return Counts(
         _surviving(survived[0], len(rows.bounces)),
         _surviving(survived[1], len(rows.time), weight),

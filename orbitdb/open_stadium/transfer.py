@@ -54,9 +54,10 @@ class Legs(NamedTuple):
                 place[states] = np.arange(len(states))
                 source = source[kept] + cells * states.index(state)
                 parts.append((source, target + cells * place[after], share[kept], bounces, path))
-        columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
-        order = np.argsort(columns[0], kind="stable")
-        return cls(*(column[order] for column in columns), cells * len(states), lost)
+        source, *columns = (np.concatenate(column) for column in zip(*parts, strict=True))
+        order = np.argsort(source, kind="stable")
+        target, share, bounces, path = (column[order] for column in columns)
+        return cls(source[order], target, share, bounces, path, cells * len(states), lost)
 
     def growth(self, weights: Floats | float, vector: Floats) -> tuple[float, Floats]:
         """Return ln rho of the matrix whose terms have these factors, and its vector, from a first guess."""
@@ -106,7 +107,8 @@ def _followed(stadium: OpenStadium, arcs: Arcs, state: int, grid: int) -> tuple[
     flights = Flights(arcs, ~no, no, no, np.full(n, state))
     left = np.flatnonzero(~stadium.escaped_at(flights))
     flights = flights.taken(left)
-    bounces, path, ended = np.zeros(len(left)), np.zeros(len(left)), []
+    bounces, path = np.zeros((2, len(left)))
+    ended: list[tuple[Any, ...]] = []
     while len(left) or not ended:
         way = stadium.onward(flights)
         bounces, path = bounces + way.bounces, path + way.path

@@ -8,7 +8,7 @@ from orbitdb.billiard.stadium import written
 from orbitdb.open_stadium import rates
 from orbitdb.open_stadium.flight import OpenStadium
 from orbitdb.open_stadium.openings import parse_openings
-from orbitdb.open_stadium.patterns import patterns_of
+from orbitdb.open_stadium.patterns import Patterns
 from orbitdb.open_stadium.survival import Rows, count, rows_to, survival_of
 
 CASES = [
@@ -90,8 +90,9 @@ def test_survival_of_a_million_agrees_with_another_map(case):
 
 
 def agree(case, n, last):
-    found = sampled(*case, n=2 * n, last=last)[0]
-    own = survivors(*case, n=n, bounces=last, seed=7)[found.at.astype(int) - 1]
+    a, opening, without = case
+    found = sampled(a, opening, without, n=2 * n, last=last)[0]
+    own = survivors(a, opening, without, n=n, bounces=last, seed=7)[found.at.astype(int) - 1]
     error = np.sqrt(np.maximum(own * (1 - own), 1 / n) / n)
     assert (np.abs(found.survival - own) < 4.5 * np.hypot(error, found.error)).all()
 
@@ -114,7 +115,7 @@ def test_errors_are_those_of_the_scatter():
 
 
 def test_walls_by_table_are_walls_one_by_one():
-    patterns = patterns_of(["0202", "2012", "33"])
+    patterns = Patterns(("0202", "2012", "33"))
     for start in range(len(patterns.states)):
         for top in range(2):
             state, number = start, 0
