@@ -151,8 +151,11 @@ COMPUTED = [
            "derivative of the enclosed area in the curvature kappa of the path, at kappa = 0; in a weak "
            "magnetic field, the action is S = L - kappa area - kappa^2 area_slope / 2. It is computed when "
            "rows are read, so --where and --order cannot use it", "radius^3", "", NO_ORBIT),
+    Column("words", "integer",
+           "number of words of the class that fulfil the conditions; with --classes, where a row stands for "
+           "them, otherwise 1", written=False),
 ]  # fmt: skip
-"""Further columns of an orbit, which are computed when they are asked for; the view does not have them."""
+"""Further columns of a row, which are computed when they are asked for; the view does not have them."""
 
 WRITTEN = [
     "code", "representative", "a", "p", "status", "rules", "length", "lyapunov", "lambda_d", "lambda_c",

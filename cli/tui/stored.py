@@ -7,13 +7,15 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
+import numpy as np
+from numpy.typing import NDArray
 from textual.cache import LRUCache
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import DeletedError, InputError, StoreError
 from orbitdb.output_files import complete
-from orbitdb.store.select import Words, position_of, rows_of
+from orbitdb.store.select import Words, place_of, places_of, rows_at, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
@@ -73,13 +75,16 @@ _KEPT = 32
 class Pages:
     """The rows of a subset in some order, each with the code first; the most recently read blocks are cached.
 
-    Without a catalogue there are no rows (`NONE`).
+    The places of all rows are kept as one array, so that the last row, and the row of a word, take no longer
+    than the first. Without them, only the first rows are known. Without a catalogue there are no rows
+    (`NONE`).
     """
 
     catalogue: Catalogue | None
     chosen: Words
     fields: Sequence[str]
     size: int = 0
+    places: NDArray[np.void] | None = None
 
     def __post_init__(self) -> None:
         self._blocks: LRUCache[int, list[Row]] = LRUCache(_KEPT)  # a cached method would keep it alive
@@ -92,13 +97,19 @@ class Pages:
         ordering: Ordering,
         fields: Sequence[str],
         then: Catalogue,
-        most: int | None = None,
     ) -> Self:
-        """Count the rows of a subset in a snapshot, up to `most` of them; later ones are read as they are."""
-        size = then.count(selection)
-        return cls(
-            catalogue, Words(selection, str(ordering)), fields, min(size, size if most is None else most)
-        )
+        """Find the rows of a subset in a given order at one moment; later, they are read as they then are."""
+        chosen = Words(selection, str(ordering))
+        with then._reading() as connection:
+            places = places_of(connection, chosen)
+        return cls(catalogue, chosen, fields, len(places), places)
+
+    @classmethod
+    def first(
+        cls, catalogue: Catalogue, selection: Selection, fields: Sequence[str], then: Catalogue, most: int
+    ) -> Self:
+        """Find the first rows of a subset in natural order, at most a given number, at one moment."""
+        return cls(catalogue, Words(selection), fields, min(then.count(selection), most))
 
     def __len__(self) -> int:
         return self.size
@@ -107,10 +118,12 @@ class Pages:
         number, within = divmod(place, _BLOCK)
         if number not in self._blocks:
             assert self.catalogue is not None
+            first, last = number * _BLOCK, (number + 1) * _BLOCK
             with self.catalogue._reading() as connection:
-                first = number * _BLOCK
-                self._blocks[number] = list(
-                    rows_of(connection, self.chosen, self.fields, first, first + _BLOCK)
+                self._blocks[number] = (
+                    list(rows_of(connection, self.chosen, self.fields, first, last))
+                    if self.places is None
+                    else rows_at(connection, self.chosen, self.fields, self.places[first:last])
                 )
         if within >= len(self._blocks[number]):
             self._blocks.discard(number)
@@ -119,10 +132,15 @@ class Pages:
 
     def position(self, word: str) -> int | None:
         """Return the index of the row of a word, given as its least rotation, or None."""
-        if self.catalogue is None:
+        if self.catalogue is None or self.places is None:
             return None
         with self.catalogue._reading() as connection:
-            return position_of(connection, self.chosen, word)
+            place = place_of(connection, self.chosen, word)
+        if place is None:
+            return None
+        number, element = place
+        found = np.flatnonzero((self.places["id"] == number) & (self.places["element"] == element))
+        return int(found[0]) if len(found) else None
 
 
 NONE = Pages(None, Words(Selection()), USUAL)

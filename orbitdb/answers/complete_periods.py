@@ -19,7 +19,7 @@ from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.connection import Connection
 from orbitdb.store.periods import Sweep, moments_of, read_sweeps
-from orbitdb.store.select import classes_of
+from orbitdb.store.select import WORDS, Words, arrays_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import reads_codes
 from orbitdb.symbols.words import packed, unpack
@@ -36,20 +36,9 @@ def read_classes(connection: Connection, selection: Selection, texts: Sequence[s
         raise SelectionError(
             f"only orbits (and boundary) have averages and lengths: leave out status {', '.join(without)}"
         )
-    names = ("p", "class_size", "length", "lyapunov", "walls", *texts)
-    ids, words, values = classes_of(connection, selection, names)
-    p, size, walls = (values[name].astype(np.int64) for name in ("p", "class_size", "walls"))
-    length, lyapunov = (values[name].astype(np.float64) for name in ("length", "lyapunov"))
-    return OrbitClasses(
-        p,
-        words,
-        length,
-        lyapunov,
-        walls,
-        size,
-        ids,
-        **{name: values[name] for name in texts},
-    )
+    names = ("p", WORDS, "length", "lyapunov", "walls", "class_size", *texts)
+    found = arrays_of(connection, Words(selection, by_class=True), names)
+    return OrbitClasses(**{name: found[name] for name in names}, number=found["id"])
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from orbitdb.orbits.orbit import pruned_word
 from orbitdb.orbits.status import Status
 from orbitdb.store.connection import Connection
 from orbitdb.store.select import Words as Chosen
-from orbitdb.store.select import blocks_of
+from orbitdb.store.select import rows_of
 from orbitdb.store.selection import Selection, SelectionError, check_periods
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
@@ -70,7 +70,7 @@ def chosen_words(connection: Connection, chosen: Selection) -> PickedWords:
     if Status.GEOMETRIC in chosen.statuses:
         raise SelectionError("status geometric: geometrically pruned words cannot be followed into a field")
     if chosen != Selection(chosen.a, chosen.periods):
-        codes = [code for (block,) in blocks_of(connection, Chosen(chosen), ["code"]) for code in block]
+        codes = [code for (code,) in rows_of(connection, Chosen(chosen), ("code",))]
         notes = [*gaps(connection, chosen), "" if codes else nothing(connection, chosen)]
         return PickedWords(chosen, _by_period(codes), (), [*filter(None, notes)])
     periods = check_periods(chosen.periods) if chosen.periods else filled_periods(connection, chosen)

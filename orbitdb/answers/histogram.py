@@ -11,10 +11,10 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import check_int
 from orbitdb.store.connection import Connection
-from orbitdb.store.select import ROTATION_COLUMNS, classes_of
+from orbitdb.store.select import WORDS, Words, arrays_of, counts_by
 from orbitdb.store.selection import Selection, unknown_column
 
-_NAMES = ("a", "cycle", "representative", *ROTATION_COLUMNS)
+_NAMES = ("a", "cycle", "representative", "code", "element", "area")
 
 COUNTABLE = tuple(column.name for column in IN_CATALOGUE if column.name not in _NAMES)
 """The columns to count by: those that all words of a class share, without those that name a class."""
@@ -57,12 +57,10 @@ def tally(connection: Connection, selection: Selection, columns: Sequence[str]) 
     for name in columns:
         if name not in COUNTABLE:
             raise unknown_column(name, COUNTABLE)
-    _, words, values = classes_of(connection, selection, columns)
-    tallies: dict[str, Counter[Any]] = {name: Counter() for name in columns}
-    for name, numbers in tallies.items():
-        for value, count in zip(values[name].tolist(), words.tolist(), strict=True):
-            numbers[None if value != value else value] += count
-    return tallies
+    return {
+        name: Counter({value: words for value, words, _ in counts_by(connection, selection, [name])})
+        for name in columns
+    }
 
 
 def histogram(connection: Connection, selection: Selection, column: str, bins: int) -> Histogram:
@@ -70,8 +68,8 @@ def histogram(connection: Connection, selection: Selection, column: str, bins: i
     if column not in MEASURED:
         raise unknown_column(column, MEASURED)
     most = check_int("bins", bins)
-    _, rows, read = classes_of(connection, selection, (column,))
-    values = read[column].astype(np.float64)
+    read = arrays_of(connection, Words(selection, by_class=True), (column, WORDS))
+    values, rows = read[column], read[WORDS]
     present = ~np.isnan(values)
     if not present.any():
         return Histogram(np.zeros(0), np.zeros(0, np.int64), int(rows.sum()), False)

@@ -20,11 +20,13 @@ from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.orbits import NUMBERS, finite
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.output_files import arrow_batch, arrow_schema
+from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
-from orbitdb.store.lookup import find_or_solve
-from orbitdb.store.select import COORDINATES, Words, blocks_of
+from orbitdb.store.lookup import Lives, find_or_solve, lives_of
+from orbitdb.store.select import COORDINATES, coordinates_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.pruning import rules_of
+from orbitdb.symbols.symmetry import half_of
 from orbitdb.symbols.words import WordError, from_strings, key, least_rotation, parse
 from orbitdb.text import several
 
@@ -64,6 +66,11 @@ class Subset(Table, Drawn):
         As in `Orbits`; length and margin in units of the radius, the enclosed area in radius^2.
     born, dies : ndarray, shape (N,)
         The values of a at the first birth and death; NaN for a word without one, or if it is not stored.
+    element, cycle : ndarray of int, shape (N,)
+        The symmetry that maps the representative to the word, and the id of the class in the file; 0 for
+        words without a class.
+    words : ndarray of int, shape (N,)
+        Number of words that an entry stands for: 1, or with ``classes`` the chosen words of its class.
     coordinates : ndarray, shape (sum of p,), or None
         Coordinates of all words, one word after another (see `of_period`), if you asked for them; NaN for
         words that have none. `of_period`, `coordinates_of` and `plot` read them when they are needed.
@@ -117,6 +124,9 @@ class Subset(Table, Drawn):
     area_error: Floats
     born: Floats
     dies: Floats
+    element: Integers
+    cycle: Integers
+    words: Integers
     coordinates: Floats | None = None
     unfilled: str | None = None
     filled: tuple[int, ...] = ()
@@ -173,7 +183,7 @@ class Subset(Table, Drawn):
         return replace(self, **parts, total=len(self) if self.total is None else self.total)
 
     def _orbit(self, n: int) -> Orbit:
-        """Return word n as an orbit, without `exists`; coordinates that were not read are read when asked."""
+        """Return word n as an orbit; coordinates that were not read, and `exists`, are read when asked."""
         word, a = str(self.code[n]), self.selection.a
         if (pruned := pruned_word(word, a)) is not None:
             return replace(pruned, stored=True)
@@ -186,6 +196,8 @@ class Subset(Table, Drawn):
         values: dict[str, Any] = {name: str(getattr(self, name)[n]) for name in _SHARED_TEXTS}
         values |= {name: finite(getattr(self, name)[n]) for name in NUMBERS}
         values |= {"class_size": int(self.class_size[n]), "coordinates": coordinates}
+        if self.path is not None:
+            values["exists"] = partial(_read_lives, self.path, values["representative"])
         return Orbit(code=word, a=a, status=status, stored=True, **values)
 
     @property
@@ -196,9 +208,7 @@ class Subset(Table, Drawn):
     @property
     def half(self) -> Texts:
         """The symmetries of the second halves of the orbits (`Orbit.half`), empty if none; shape (N,)."""
-        labels, place = np.unique(self.symmetry, return_inverse=True)
-        halves = (Orbit("", "", 0.0, Status.ORBIT, symmetry=label).half or "" for label in labels.tolist())
-        return np.array([*halves, ""], np.dtypes.StringDType())[place]
+        return np.array([half_of(label) or "" for label in self.symmetry.tolist()], np.dtypes.StringDType())
 
     @property
     def quarter_length(self) -> Floats:
@@ -263,21 +273,16 @@ class Subset(Table, Drawn):
         """The coordinates of all words, read from the file if ``coordinates`` is None."""
         if self.coordinates is not None:
             return self.coordinates
-        codes, periods = self.code.tolist(), self.p.tolist()
-        parts = dict(zip(codes, (np.full(p, np.nan) for p in periods), strict=True))
-        if self.path is not None and not np.isnan(self.length).all():
-            lengths = float(np.nanmin(self.length)), float(np.nanmax(self.length))
-            near = replace(
-                self.selection,
-                periods=((min(periods), max(periods)),),
-                ranges={**self.selection.ranges, "length": lengths},
-            )
-            with reading(self.path) as connection:
-                chosen = Words(near, by_class=self.by_class)
-                for block in blocks_of(connection, chosen, ("code", COORDINATES)):
-                    found = zip(*block, strict=True)
-                    parts |= {code: read for code, read in found if read is not None and code in parts}
-        return np.concatenate([np.zeros(0), *(parts[code] for code in codes)])
+        if self.path is None:
+            return np.full(int(self.p.sum()), np.nan)
+        with reading(self.path) as connection:
+            return self.read_coordinates(connection)
+
+    def read_coordinates(self, connection: Connection) -> Floats:
+        """Return the coordinates of all words (see `coordinates`), read from the catalogue."""
+        names = ("p", "representative", "code", "element")
+        rows = {name: getattr(self, name).tolist() for name in names}
+        return coordinates_of(connection, self.selection.a, {**rows, "id": self.cycle.tolist()})
 
     def _columns(self) -> Iterator[tuple[str, Values]]:
         """Yield the columns of a table, with None where a word without a class has no value.
@@ -395,6 +400,11 @@ ARRAY_FIELDS = [
 
 def _read_coordinates(path: Path, word: str, a: float) -> Floats | None:
     return find_or_solve(path, word, a).coordinates
+
+
+def _read_lives(path: Path, representative: str) -> Lives | None:
+    with reading(path) as connection:
+        return lives_of(connection, representative)
 
 
 def _texts(values: Texts) -> list[str | None]:

@@ -1,7 +1,7 @@
 """One word in a given stadium, with its orbit if it has one."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from importlib import import_module
@@ -25,6 +25,7 @@ from orbitdb.symbols.symmetry import (
     act_on_areas,
     act_on_coordinates,
     act_on_words,
+    half_of,
 )
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 from orbitdb.text import format_float, shortened
@@ -32,22 +33,25 @@ from orbitdb.text import format_float, shortened
 _SHOWN = 40
 
 
-class _Coordinates:
-    """The coordinates of an orbit: given, or read by a function when they are first asked for; read-only."""
+class _WhenAsked:
+    """A value of an orbit: given, or read by a function when it is first asked for; arrays are read-only."""
 
-    def __get__(self, orbit: Any, kind: type | None = None) -> Floats | None:
+    def __set_name__(self, orbits: type, name: str) -> None:
+        self._kept = f"_{name}"
+
+    def __get__(self, orbit: Any, kind: type | None = None) -> Any:
         if orbit is None:
             return None  # the default of the field
-        if callable(orbit.__dict__["_coordinates"]):
-            orbit.__dict__["_coordinates"] = orbit.__dict__["_coordinates"]()
-        if (places := orbit.__dict__["_coordinates"]) is None:
-            return None
-        locked: Floats = places.view()
-        locked.flags.writeable = False
-        return locked
+        if callable(orbit.__dict__[self._kept]):
+            orbit.__dict__[self._kept] = orbit.__dict__[self._kept]()
+        value = orbit.__dict__[self._kept]
+        if isinstance(value, np.ndarray):
+            value = value.view()
+            value.flags.writeable = False
+        return value
 
-    def __set__(self, orbit: Any, places: Floats | Callable[[], Floats | None] | None) -> None:
-        orbit.__dict__["_coordinates"] = places
+    def __set__(self, orbit: Any, value: Any) -> None:
+        orbit.__dict__[self._kept] = value
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -83,7 +87,7 @@ class Orbit(Drawn):
         is 0 for a word that time reversal or a single mirror maps to itself.
     coordinates : ndarray, shape (p,), or None
         Coordinates in the order of ``code``; read-only, so that an orbit can be a dictionary key. An orbit
-        of a `Subset` reads them from the file when they are asked for.
+        of a `Subset` reads these and `exists` from the file when they are asked for.
     solver : str or None
         ``newton``, or ``relaxation`` for the paper's method; None for a word that is not solved.
     stored : bool
@@ -110,16 +114,17 @@ class Orbit(Drawn):
     lyapunov_error: float | None = None
     area: float | None = None
     area_error: float | None = None
-    if TYPE_CHECKING:
-        coordinates: Floats | None = None
-    else:
-        coordinates: Any = _Coordinates()
     solver: str | None = None
     stored: bool = False
-    exists: tuple[tuple[float, float | None], ...] | None = None
+    if TYPE_CHECKING:
+        coordinates: Floats | None = None
+        exists: tuple[tuple[float, float | None], ...] | None = None
+    else:
+        coordinates: Any = _WhenAsked()
+        exists: Any = _WhenAsked()
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_coordinates": self.coordinates}
+        return {**self.__dict__, "_coordinates": self.coordinates, "_exists": self.exists}
 
     @property
     def p(self) -> int:
@@ -143,8 +148,7 @@ class Orbit(Drawn):
         It is ``x``, ``y`` or ``xy``; for the word 13 it is ``x``, because ``y`` leaves its bounces in place.
         In the quarter stadium x, y >= 0, the orbit closes after half of its length.
         """
-        elements = (self.symmetry or "").split(",")
-        return next((name for name in ("x", "y", "xy") if name in elements), None)
+        return half_of(self.symmetry or "")
 
     @property
     def quarter_length(self) -> float | None:

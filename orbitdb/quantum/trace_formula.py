@@ -115,7 +115,7 @@ def orbit_terms(classes: OrbitClasses, longest: float, parity: Parity | None = N
 def _spatial(of: OrbitClasses) -> tuple[Integers, Integers]:
     """Return how many mirrors and half turns map each orbit to itself, and the first of them (0 if none)."""
     assert of.symmetry is not None
-    labels, which = np.unique(of.symmetry.astype(str), return_inverse=True)
+    labels, which = np.unique(of.symmetry.astype(np.dtypes.StringDType()), return_inverse=True)
     spatial = [SPATIAL[label] for label in labels.tolist()]
     kind = np.array([len(elements) for elements in spatial])[which]
     return kind, np.array([elements[0] if elements else 0 for elements in spatial])[which]

@@ -98,7 +98,7 @@ def born_with(connection: Connection, orbit: Orbit) -> list[tuple[float, list[st
 
     Classes with another period are left out, such as a shorter word that the orbit goes round twice.
     """
-    if orbit.p > MAX_KEYED or not orbit.exists:
+    if orbit.p > MAX_KEYED:
         return []
     by_birth: dict[float, list[str]] = {}
     own, other = t.change.alias(), t.change.alias()

@@ -1,4 +1,4 @@
-"""The rows of a chosen subset: every question for one is a single query of SQLite.
+"""The rows of a chosen subset: every question for them is a single query of SQLite.
 
 Geometrically pruned words have no class; they are found only if the selection names their status.
 """
@@ -7,8 +7,8 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from sqlalchemy import Boolean, ColumnElement, FromClause, func, select, type_coerce
 from sqlalchemy.sql.base import ReadOnlyColumnCollection
 
-from orbitdb.arrays import Integers, Values
+from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import IN_CATALOGUE, WRITTEN, kind_of
-from orbitdb.errors import AlteredError, check_text
+from orbitdb.errors import AlteredError, DeletedError, check_text
 from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
@@ -29,24 +29,38 @@ from orbitdb.store.connection import cursor_of, driver_of, never
 from orbitdb.store.lives import NEAR
 from orbitdb.store.selection import Selection, SelectionError, unknown_column
 from orbitdb.store.where import CancelledError, Patience, check, expression, watched
-from orbitdb.symbols.symmetry import image_coordinates, images_of_pattern
+from orbitdb.symbols.symmetry import (
+    ELEMENT_OF,
+    SIZES,
+    STABILISER_OF,
+    class_of,
+    image_coordinates,
+    images_of_pattern,
+)
 from orbitdb.symbols.words import from_strings
 
 VIEWED = tuple(column.name for column in IN_CATALOGUE)
 """The columns of the view ``catalogue``."""
 
-COORDINATES = "coordinates"
-AREA_SLOPE = "area_slope"
-COLUMNS = (*views.CLASS_COLUMNS, *views.WORD_COLUMNS, COORDINATES, AREA_SLOPE)
-"""The columns that can be read: those of the view ``catalogue``, the coordinates, and computed ones."""
-
-ROTATION_COLUMNS = ("code", "element", "area")
-"""Columns whose values differ between the words of a class."""
+WORDS = "words"
+COORDINATES, AREA_SLOPE = "coordinates", "area_slope"
+COLUMNS = (*VIEWED, WORDS, COORDINATES, AREA_SLOPE)
+"""The columns that can be read: those of the view, the number of chosen words, and two computed ones."""
 
 ROWS = 1 << 12
+"""Number of rows that are fetched at once."""
 
-_KEYS = ("p", "cycle", "representative", "code", "element")
+PLACE = np.dtype([("id", "i8"), ("element", "u1")])
+"""A row: the id of its class, or that of the pruned word, and the element that leads to the word."""
+
+_KEYS = ("id", "p", "representative", "code", "element")
 """The columns that decide the order of rows with equal sort keys, and from which others are computed."""
+
+_SHARED = views.CLASS_COLUMNS.keys() - {"p", "a", "status"}
+"""The columns that the words of a class share, and that pruned words do not have."""
+
+_MOST = 2**63 - 1
+"""SQLite's largest integer."""
 
 
 @dataclass(frozen=True)
@@ -60,36 +74,35 @@ class Words:
         Columns to sort by, separated by commas; ``desc`` after a name, or ``-`` before it, reverses the
         order. Ties are broken by period, representative and element, in ascending order.
     by_class : bool
-        Whether a class with chosen words has one row, for its representative.
+        Whether a class has one row, for the least of its chosen words.
     """
 
     selection: Selection
     order: str = "p"
     by_class: bool = False
 
-    def rows(self, names: Sequence[str]) -> FromClause:
-        """Return the rows, in no order, with the named columns, the sort keys and `_KEYS`."""
-        listed = dict.fromkeys([*names, *parse_order(self.order), *_KEYS])
-        sources = []
-        for view in _views(self.selection, self.by_class):
-            values = (_value(view, name, self.by_class).label(name) for name in listed)
-            sources.append(select(*values).where(*self._found(view)))
-        return (sources[0] if len(sources) == 1 else sa.union_all(*sources)).subquery("words")
+    def rows(self, names: Sequence[str], ids: Integers | None = None) -> FromClause:
+        """Return the rows, in no order, with the named columns, the sort keys and `_KEYS`.
 
-    def _found(self, view: FromClause) -> list[ColumnElement[bool]]:
-        if not self.by_class or view.c is views.catalogue.c or is_of_classes(self.selection):
-            return conditions_of(self.selection, view)
-        own = views.catalogue
-        chosen = select(own.c.cycle).where(*conditions_of(self.selection, own))
-        return [view.c.a == self.selection.a, view.c.cycle.in_(chosen)]
+        With `ids`, return only those of these classes and pruned words.
+        """
+        listed = dict.fromkeys([*names, *parse_order(self.order), *_KEYS])
+        whole, queries = self.by_class and is_of_classes(self.selection), []
+        for view in _views(self.selection, whole):
+            own = _values(view, self.by_class)
+            query = select(*(own[name].label(name) for name in listed))
+            query = query.where(*conditions_of(self.selection, view))
+            query = query if ids is None else query.where(in_list(own["id"], ids))
+            queries.append(query.group_by(own["id"]) if self.by_class and not whole else query)
+        return (queries[0] if len(queries) == 1 else sa.union_all(*queries)).subquery("words")
 
     def sorting(self, connection: sa.Connection, rows: FromClause) -> list[ColumnElement[Any]]:
         """Return the sort keys of the rows; the natural order is that of the ids, which the views have."""
         keys = parse_order(self.order)
-        natural: list[ColumnElement[Any]] = [rows.c.cycle, rows.c.element]
+        natural: list[ColumnElement[Any]] = [rows.c.id, rows.c.element]
         if _is_mixed(connection, self.selection):
             least = func.coalesce(rows.c.representative, rows.c.code)
-            natural = [rows.c.p, rows.c.cycle.is_(None), least, rows.c.element]
+            natural = [rows.c.p, rows.c.id < 0, least, rows.c.element]
         elif [*keys.items()][-1:] == [("p", False)]:
             keys = dict([*keys.items()][:-1])  # because ids increase with the period
         # NULL is SQLite's least value, so it comes last in descending orders anyway
@@ -99,21 +112,29 @@ class Words:
         return [*sorting, *natural]
 
 
-def _views(selection: Selection, by_class: bool) -> Iterator[FromClause]:
-    """Yield what to query: stored words or classes, and pruned words."""
+def _views(selection: Selection, whole: bool) -> Iterator[FromClause]:
+    """Yield what to query: whole classes or stored words, and pruned words; each is called ``catalogue``."""
     if selection.statuses != (Status.GEOMETRIC,):
-        yield views.classes.alias("catalogue") if by_class else views.catalogue
+        yield views.classes.alias("catalogue") if whole else views.catalogue
     if Status.GEOMETRIC in selection.statuses:
         yield views.pruned_at(selection.a)
 
 
-def _value(view: FromClause, name: str, by_class: bool) -> ColumnElement[Any]:
-    """Return a column of the rows; a class has the values of its representative."""
-    if by_class and "id" not in view.c:
-        name = "representative" if name == "code" else name
-        if name == "element":
-            return sa.literal(0)
-    return view.c[name] if name in view.c else sa.null()
+def _values(view: FromClause, by_class: bool) -> Mapping[str, ColumnElement[Any]]:
+    """Return the columns of the rows of a view.
+
+    Where rows are grouped by class, SQLite takes the other columns from the row with the least code.
+    """
+    none: Mapping[str, ColumnElement[Any]] = {name: sa.null() for name in views.WORD_COLUMNS}
+    own = {**none, **view.c}
+    if "id" in own:  # pruned words
+        return {**own, WORDS: sa.literal(1)}
+    own["id"] = own["cycle"]
+    if view is not views.catalogue:
+        return {**own, "code": own["representative"], "element": sa.literal(0), WORDS: own["class_size"]}
+    if by_class:
+        return {**own, "code": func.min(own["code"]), WORDS: func.count()}
+    return {**own, WORDS: sa.literal(1)}
 
 
 def _is_mixed(connection: sa.Connection, selection: Selection) -> bool:
@@ -134,59 +155,39 @@ def _answering(
     return watched(driver, Patience(math.inf, driver.cancelled))
 
 
-# counts and classes
+# counts
 
 
 def count(connection: sa.Connection, selection: Selection, by_class: bool = False) -> int:
     """Return the number of chosen words, or of classes with chosen words."""
     with _answering(connection, selection):
-        if by_class or not is_of_classes(selection):
-            rows = Words(selection, by_class=by_class).rows(("p",))
-            return connection.scalar(select(func.count()).select_from(rows)) or 0
-        totals = (
-            select(func.sum(func.coalesce(view.c.class_size, 1))).where(*conditions_of(selection, view))
-            for view in _views(selection, True)
-        )
-        return sum(connection.scalar(total) or 0 for total in totals)
+        whole = is_of_classes(selection)
+        rows = Words(selection, by_class=by_class or whole).rows((WORDS,))
+        number = func.sum(rows.c.words) if whole and not by_class else func.count()
+        return connection.scalar(select(number).select_from(rows)) or 0
 
 
-def classes_of(
-    connection: sa.Connection, selection: Selection, columns: Sequence[str] = ()
-) -> tuple[Integers, Integers, dict[str, NDArray[Any]]]:
-    """Return the ids of the classes with chosen words, their numbers of chosen words, and some columns."""
-    whole, sources = is_of_classes(selection), []
-    for view in _views(selection, whole):
-        pruned = "id" in view.c
-        number = sa.literal(1) if pruned else view.c.class_size if whole else func.count()
-        first = [(view.c.id if pruned else view.c.cycle).label("cycle"), number.label("words")]
-        query = select(*first, *(_value(view, name, True).label(name) for name in columns))
-        query = query.where(*conditions_of(selection, view))
-        sources.append(query if whole or pruned else query.group_by(view.c.cycle))
-    whole_query: sa.Select[Any] | sa.CompoundSelect[Any] = (
-        sources[0] if len(sources) == 1 else sa.union_all(*sources)
-    )
+def counts_by(connection: sa.Connection, selection: Selection, names: Sequence[str]) -> list[tuple[Any, ...]]:
+    """Return the numbers of chosen words and classes with each combination of values of some columns.
+
+    Each row has the values, ascending, the number of words, and that of classes.
+    """
     with _answering(connection, selection):
-        cursor = cursor_of(connection, whole_query.order_by(sa.text("1")))
-        parts = [[np.zeros((2, 0), np.int64), *(as_array(name, ()) for name in columns)]]
-        while block := cursor.fetchmany(ROWS):
-            ids, words, *others = zip(*block, strict=True)
-            parts.append([np.array([ids, words], np.int64), *map(as_array, columns, others)])
-    (ids, words), *values = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
-    return ids, words, dict(zip(columns, values, strict=True))
-
-
-def as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
-    """Return the values of a column as an array: of numbers, with NaN for NULL, or of objects."""
-    return np.array(values, np.float64 if kind_of(name) == "number" else object)
+        whole = views.WORD_COLUMNS.keys().isdisjoint(names)
+        rows = Words(selection, by_class=whole).rows((*names, WORDS))
+        values = [rows.c[name] for name in names]
+        numbers = func.sum(rows.c.words), func.count(sa.distinct(rows.c.id))
+        found = connection.execute(select(*values, *numbers).group_by(*values).order_by(*values))
+        return [tuple(row) for row in found]
 
 
 # rows
 
 
-def blocks_of(
+def rows_of(
     connection: sa.Connection, words: Words, names: Sequence[str], first: int = 0, last: int | None = None
-) -> Iterator[list[Values]]:
-    """Yield the named columns for rows first .. last - 1 of a subset, in blocks of rows.
+) -> Iterator[tuple[Any, ...]]:
+    """Yield rows first .. last - 1 of a subset as plain values; missing values are None.
 
     Raises
     ------
@@ -198,13 +199,53 @@ def blocks_of(
     for name in names:
         if name not in COLUMNS:
             raise unknown_column(name, COLUMNS)
-    stored = [name for name in names if name not in (COORDINATES, AREA_SLOPE)]
-    listed = [*dict.fromkeys([*stored, *(_KEYS if len(stored) < len(names) else ())])] or ["p"]
-    rows, driver = words.rows(listed), driver_of(connection)
+    for block in _blocks(connection, words, names, first, last):
+        if driver_of(connection).cancelled():
+            raise CancelledError
+        yield from zip(*block, strict=True)
+
+
+def rows_at(
+    connection: sa.Connection, words: Words, names: Sequence[str], places: NDArray[np.void]
+) -> list[tuple[Any, ...]]:
+    """Return the rows at some places, a part of `places_of`; raise `DeletedError` if one is gone."""
+    found: dict[tuple[int, int], tuple[Any, ...]] = {}
+    listed = (*names, "id", "element")
+    for block in _blocks(connection, words, listed, ids=np.unique(places["id"])):
+        found |= {(number, element or 0): tuple(row) for *row, number, element in zip(*block, strict=True)}
+    try:
+        return [found[place] for place in places.tolist()]
+    except KeyError:
+        raise DeletedError("some of the rows") from None
+
+
+def place_of(connection: sa.Connection, words: Words, word: str) -> tuple[int, int] | None:
+    """Return the place of the row of a word, given as its least rotation, or None if it has no row."""
+    own = (t.pruned.c.p == len(word), t.pruned.c.word == word)
+    pruned = connection.scalar(select(t.pruned.c.id).where(*own))
+    number = t.class_id(connection, class_of(word).representative) if pruned is None else pruned
+    for block in _blocks(connection, words, ("code", "element"), ids=np.array([number])):
+        for code, element in zip(*block, strict=True):
+            if words.by_class or code == word:
+                return number, element or 0
+    return None
+
+
+def _blocks(
+    connection: sa.Connection,
+    words: Words,
+    names: Sequence[str],
+    first: int = 0,
+    last: int | None = None,
+    ids: Integers | None = None,
+) -> Iterator[list[Sequence[Any]]]:
+    """Yield the named columns of rows first .. last - 1, among those with some ids, in blocks of rows."""
+    computed = [name for name in names if name in (COORDINATES, AREA_SLOPE)]
+    listed = dict.fromkeys([*(name for name in names if name not in computed), *(_KEYS if computed else ())])
+    rows, driver = words.rows([*listed], ids), driver_of(connection)
     query = select(*(rows.c[name] for name in listed)).order_by(*words.sorting(connection, rows))
-    query = query.limit(min(_MOST, max(0, (_MOST if last is None else last) - first))).offset(
-        min(first, _MOST)
-    )
+    most = _MOST if last is None else max(0, last - first)
+    query = query.limit(min(most, _MOST)).offset(min(first, _MOST))
     patience = Patience(cancelled=driver.cancelled)
     with _answering(connection, words.selection, patience):
         cursor = cursor_of(connection, query)
@@ -215,66 +256,71 @@ def blocks_of(
             block = cursor.fetchmany(ROWS)
         if not block:
             return
-        try:
+        with _readable(words.selection):
             read = dict(zip(listed, zip(*block, strict=True), strict=True))
-            yield [_column(connection, words, name, read) for name in names]
-        except (LookupError, TypeError, ValueError) as error:
-            raise AlteredError(f"a row of {words.selection.describe()}") from error
+            columns = [_column(connection, words.selection.a, name, read) for name in names]
+        yield columns
 
 
-_MOST = 2**63 - 1
-"""SQLite's largest integer."""
+@contextmanager
+def _readable(selection: Selection) -> Iterator[None]:
+    try:
+        yield
+    except (LookupError, TypeError, ValueError) as error:
+        raise AlteredError(f"a row of {selection.describe()}") from error
 
 
-def rows_of(
-    connection: sa.Connection, words: Words, names: Sequence[str], first: int = 0, last: int | None = None
-) -> Iterator[tuple[Any, ...]]:
-    """Yield rows first .. last - 1 of a subset as plain values; missing values are None."""
-    for columns in blocks_of(connection, words, names, first, last):
-        if driver_of(connection).cancelled():
-            raise CancelledError
-        yield from zip(*map(plain, columns), strict=True)
-
-
-def plain(column: Values) -> Sequence[Any]:
-    """Return a column as plain values; missing values are None."""
-    if isinstance(column, np.ndarray):
-        return [None if value != value else value for value in column.tolist()]
-    return [value.tolist() if isinstance(value, np.ndarray) else value for value in column]
-
-
-def _column(connection: sa.Connection, words: Words, name: str, read: Mapping[str, Sequence[Any]]) -> Values:
-    """Return a column of some rows, given those that were read."""
-    if name in (COORDINATES, AREA_SLOPE):
-        return _computed(connection, words.selection.a, name, read)
+def _column(
+    connection: sa.Connection, a: float, name: str, read: Mapping[str, Sequence[Any]]
+) -> Sequence[Any]:
+    """Return a column of some rows as plain values, given those that were read."""
+    if name == COORDINATES:
+        ends = np.cumsum(read["p"])[:-1]
+        parts = np.split(coordinates_of(connection, a, read), ends)
+        return [None if np.isnan(part[0]) else part.tolist() for part in parts]
+    if name == AREA_SLOPE:
+        return [None if slope != slope else slope for slope in _area_slopes(connection, a, read)]
     if name == "rules":
         return [[int(rule) for rule in text.split(",")] if text else [] for text in read[name]]
-    return as_array(name, read[name]) if kind_of(name) == "number" else read[name]
+    return read[name]
 
 
-def _computed(connection: sa.Connection, a: float, name: str, read: Mapping[str, Sequence[Any]]) -> list[Any]:
-    """Return the coordinates of some words, or the derivatives of their areas in the curvature."""
-    own, found = t.orbit.c, list[Any]([None] * len(read["p"]))
-    ids = np.array([cycle for cycle in {*read["cycle"]} if cycle is not None], np.int64)
-    query = select(own.cycle, own.coordinates).where(t.at_a(t.orbit, a), in_list(own.cycle, ids))
+def coordinates_of(connection: sa.Connection, a: float, rows: Mapping[str, Sequence[Any]]) -> Floats:
+    """Return the coordinates of words, one word after another, given the columns `_KEYS` of their rows.
+
+    Words that have none get a NaN for each bounce.
+    """
+    p, ids = np.array(rows["p"], np.int64), np.array(rows["id"], np.int64)
+    own, cycle = t.orbit.c, t.cycle.c
+    query = select(cycle.word, own.coordinates).join_from(t.orbit, t.cycle, cycle.id == own.cycle)
+    query = query.where(t.at_a(t.orbit, a), in_list(own.cycle, np.unique(ids)), own.coordinates.is_not(None))
     blobs = dict(cursor_of(connection, query).fetchall())
+    found, start = np.full(p.sum(), np.nan), np.cumsum(p) - p
     groups: dict[tuple[int, int], list[int]] = {}
-    for row, (p, element, cycle) in enumerate(zip(read["p"], read["element"], read["cycle"], strict=True)):
-        if blobs.get(cycle) is not None:
-            groups.setdefault((p, element if name == COORDINATES else 0), []).append(row)
-    for (p, element), rows in groups.items():
-        places = np.frombuffer(b"".join(blobs[read["cycle"][row]] for row in rows), dtype="<f8").reshape(
-            -1, p
-        )
-        least = [read["representative"][row] for row in rows]
-        values: Sequence[Any] = (
-            area_slopes(Stadium(a), from_strings(least), places).tolist()
-            if name == AREA_SLOPE
-            else [*image_coordinates([read["code"][row] for row in rows], least, element, places)]
-        )
-        for row, value in zip(rows, values, strict=True):
-            found[row] = value
+    for row, (least, element) in enumerate(zip(rows["representative"], rows["element"], strict=True)):
+        if least in blobs:
+            groups.setdefault((len(least), element), []).append(row)
+    for (order, element), chosen in groups.items():
+        codes, words = ([rows[name][row] for row in chosen] for name in ("code", "representative"))
+        places = np.frombuffer(b"".join(blobs[word] for word in words), dtype="<f8").reshape(-1, order)
+        images = image_coordinates(codes, words, element, places)
+        found[start[chosen][:, None] + np.arange(order)] = images
     return found
+
+
+def _area_slopes(connection: sa.Connection, a: float, rows: Mapping[str, Sequence[Any]]) -> list[float]:
+    """Return the derivatives of the areas in the curvature, which the words of a class share."""
+    least = [word or code for word, code in zip(rows["representative"], rows["code"], strict=True)]
+    own = {**rows, "code": least, "element": [0] * len(least)}
+    coordinates, p = coordinates_of(connection, a, own), np.array(rows["p"])
+    slopes, start = np.full(len(p), np.nan), np.cumsum(p) - p
+    for order in np.unique(p).tolist():
+        of_order = np.flatnonzero(p == order)
+        places = coordinates[start[of_order][:, None] + np.arange(order)]
+        words = from_strings([least[row] for row in of_order.tolist()])
+        slopes[of_order] = area_slopes(Stadium(a), words, places)
+    values: list[float] = slopes.tolist()
+    return values
 
 
 def in_list(column: ColumnElement[int], ids: Integers) -> ColumnElement[bool]:
@@ -283,17 +329,72 @@ def in_list(column: ColumnElement[int], ids: Integers) -> ColumnElement[bool]:
     return column.in_(select(listed.c.value))
 
 
-# where a word is among the rows
+# arrays
 
 
-def position_of(connection: sa.Connection, words: Words, word: str) -> int | None:
-    """Return the row number of a code in the subset, or None if it is not there."""
-    rows = words.rows(())
-    number = func.row_number().over(order_by=words.sorting(connection, rows)).label("number")
-    numbered = select(number, rows).subquery()
-    with _answering(connection, words.selection):
-        place = connection.scalar(select(numbered.c.number).where(numbered.c.code == word))
-    return None if place is None else int(place) - 1
+def arrays_of(
+    connection: sa.Connection,
+    words: Words,
+    names: Sequence[str],
+    last: int | None = None,
+    ids: Integers | None = None,
+) -> dict[str, NDArray[Any]]:
+    """Return columns of the rows as arrays; missing numbers are NaN, missing integers 0, missing texts ''.
+
+    What words share is read once a class, because fetching it for each word takes twice as long.
+    """
+    shared = [] if words.by_class else [name for name in names if name in _SHARED]
+    own = [*dict.fromkeys(["id", *(name for name in names if name not in shared)])]
+    parts: list[list[NDArray[Any]]] = [[_as_array(name, ())] for name in own]
+    for block in _blocks(connection, words, own, last=last, ids=ids):
+        with _readable(words.selection):
+            for name, part, values in zip(own, parts, block, strict=True):
+                part.append(_as_array(name, values))
+    found = {name: np.concatenate(part) for name, part in zip(own, parts, strict=True)}
+    if shared:
+        numbers, owner = np.unique(found["id"], return_inverse=True)
+        every = Words(Selection(words.selection.a), by_class=True)
+        classes = arrays_of(connection, every, shared, ids=numbers)
+        in_order = np.argsort(classes["id"])
+        pruned = [None] * (len(numbers) - len(in_order))  # their ids are negative
+        for name in shared:
+            found[name] = np.concatenate([_as_array(name, pruned), classes[name][in_order]])[owner]
+    return found
+
+
+def _as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
+    """Return the values of a column as an array."""
+    kind = "integer" if name == "id" else kind_of(name)
+    if kind == "number":
+        return np.array(values, np.float64)
+    if kind == "integer":
+        return np.array([value or 0 for value in values], np.int64)
+    return np.array([value or "" for value in values], np.dtypes.StringDType())
+
+
+def places_of(connection: sa.Connection, words: Words) -> NDArray[np.void]:
+    """Return the places of all rows in order, shape (N,), with the fields of `PLACE`.
+
+    Where whole classes are chosen and sorted, SQLite sorts the classes, which are an eighth of the words.
+    """
+    apart = views.WORD_COLUMNS.keys() & parse_order(words.order).keys()
+    if words.by_class or apart or not is_of_classes(words.selection):
+        found = arrays_of(connection, words, ("element",))
+        ids, elements = found["id"], found["element"]
+    else:
+        found = arrays_of(connection, replace(words, by_class=True), ("symmetry",))
+        masks = np.array([STABILISER_OF.get(label, _ALONE) for label in found["symmetry"].tolist()], np.intp)
+        sizes = SIZES[masks]
+        ids, owners = np.repeat(found["id"], sizes), np.repeat(np.arange(len(sizes)), sizes)
+        nth = np.arange(len(ids)) - (np.cumsum(sizes) - sizes)[owners]
+        elements = ELEMENT_OF[masks[owners], nth]
+    places = np.empty(len(ids), PLACE)
+    places["id"], places["element"] = ids, elements
+    return places
+
+
+_ALONE = (1 << 8) - 1
+"""The stabiliser of a word without other images; a pruned word has no class, so it counts as one."""
 
 
 # conditions and orders as SQL

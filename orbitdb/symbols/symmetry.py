@@ -257,6 +257,12 @@ def label(stabiliser: int) -> str:
     return ",".join(NAMES[g] for g in ELEMENTS[1:] if stabiliser >> g & 1) or "1"
 
 
+def half_of(symmetry: str) -> str | None:
+    """Return the element that makes the second half of an orbit the image of the first, given its label."""
+    elements = symmetry.split(",")
+    return next((name for name in ("x", "y", "xy") if name in elements), None)
+
+
 def smallest_group(elements: Iterable[int]) -> int:
     """Return the mask of the smallest group that contains the given elements."""
     held = sum(1 << g for g in set(elements))

@@ -16,7 +16,7 @@ from orbitdb.errors import AlteredError, DeletedError, WorkError
 from orbitdb.orbits.orbits import NUMBERS, Orbits
 from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
-from orbitdb.store.select import classes_of
+from orbitdb.store.select import Words, arrays_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import from_strings
 from orbitdb.text import shortened
@@ -174,8 +174,8 @@ class Scope:
 
     def classes(self, selection: Selection, rng: np.random.Generator) -> Ids:
         """Return the ids of the classes chosen at one a, or of a random sample of them."""
-        chosen, *_ = classes_of(self.connection, selection)
-        return self.sampled(self.ids(only=chosen), rng)
+        chosen = arrays_of(self.connection, Words(selection, by_class=True), ())
+        return self.sampled(self.ids(only=chosen["id"]), rng)
 
 
 class Checked(NamedTuple):

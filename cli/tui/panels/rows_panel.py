@@ -125,7 +125,7 @@ class RowsPanel(Vertical, Working):
                 listing = then.rows(selection, columns=fields, order=str(ordering))
                 gaps = "; ".join(map(_with_key, listing.gaps))
                 if early:
-                    yield Pages.read(catalogue, selection, ordering, fields, then, _FIRST), gaps, None
+                    yield Pages.first(catalogue, selection, fields, then, _FIRST), gaps, None
                 rows = Pages.read(catalogue, selection, ordering, fields, then)
                 if not len(rows):
                     gaps = "; ".join(map(_with_key, listing.notes))

@@ -1,0 +1,67 @@
+"""Measure the processor time of questions about chosen rows, and of the pages of the screen.
+
+Run it as ``python tests/benchmarks/bench_questions.py CATALOGUE [REPETITIONS]`` with orbitdb installed; the
+catalogue needs periods up to 13 or more at a = 1.6, such as ``orbitdb fill --p 13`` stores. Each question is
+asked several times, by default 3, and the least time counts.
+"""
+
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from orbitdb import Catalogue
+from orbitdb.cli.tui.stored import USUAL
+
+A = 1.6
+
+
+def page_of_lengths(catalogue: Catalogue) -> None:
+    """Read the shortest orbits, with all that a command says about them."""
+    listing = catalogue.rows(a=A, order="length", limit=20, columns=USUAL)
+    assert len(list(listing)) <= listing.total
+    assert listing.complete
+    assert listing.notes is not None
+
+
+QUESTIONS: dict[str, Callable[[Catalogue], object]] = {
+    "count()": lambda catalogue: catalogue.count(a=A),
+    'rows(order="length", limit=20), total, notes': page_of_lengths,
+    'rows(order="length", limit=20)': lambda c: [*c.rows(a=A, order="length", limit=20, columns=USUAL)],
+    'rows(order="code", limit=20)': lambda c: [*c.rows(a=A, order="code", limit=20, columns=USUAL)],
+    "rows(where=\"code like '%0202%'\", limit=20)": lambda c: [
+        *c.rows(a=A, where="code like '%0202%'", limit=20, columns=USUAL)
+    ],
+    'rows(order="code")': lambda c: sum(1 for _ in c.rows(a=A, order="code", columns=USUAL)),
+    "select(p=12)": lambda catalogue: catalogue.select(a=A, p=12),
+    "lyapunov()": lambda catalogue: catalogue.lyapunov(a=A),
+}
+
+
+def measured(question: Callable[[], object], repetitions: int) -> float:
+    """Return the least processor time in milliseconds."""
+    times = []
+    for _ in range(repetitions):
+        clock = time.process_time()
+        question()
+        times.append(time.process_time() - clock)
+    return min(times) * 1e3
+
+
+def report(name: str, milliseconds: float) -> None:
+    """Print the line of a question."""
+    print(f"{name:46} {milliseconds:10.1f}", flush=True)
+
+
+def main() -> None:
+    """Print the processor time of each question."""
+    path, repetitions = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 3
+    catalogue = Catalogue(path)
+    print(f"{'milliseconds of processor time':46} {catalogue.count(a=A):>10,} words")
+    for name, question in QUESTIONS.items():
+        report(name, measured(partial(question, catalogue), repetitions))
+
+
+if __name__ == "__main__":
+    main()
