@@ -140,7 +140,7 @@ def execute(arguments: list[str]) -> int:
 
 def _ended(code: int, arguments: list[str]) -> int:
     """Report a command that a signal ended."""
-    resumes = arguments[0] in _RESUMES or "--rigorous" in arguments
+    resumes = arguments[0] in _RESUMES or "--prove" in arguments
     safe = "; nothing that was stored is lost, and the same command continues from there" if resumes else ""
     return _say(f"{'interrupted' if code == INTERRUPTED else 'terminated'}{safe}", code)
 

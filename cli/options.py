@@ -209,10 +209,22 @@ Limit = Annotated[
 Periods = Annotated[
     str | None, typer.Option("--p", "-p", metavar="PERIODS", help="Periods, such as 11, 2-8 or 2,3,5-7.")
 ]
+_TO_MAKE = typer.Option(
+    "--p", "-p", metavar="PERIODS", help="The highest period: 11 is 2 to 11; or exactly these: 8-11 or 2,5."
+)
+PeriodsToMake = Annotated[str, _TO_MAKE]
+SomePeriodsToMake = Annotated[str | None, _TO_MAKE]
 MOST_JOBS = 1024
 
 _JOBS = "Number of worker processes [default: one per core if there is enough work]."
 Jobs = Annotated[int | None, count_option("--jobs", least=1, most=MOST_JOBS, help=_JOBS)]
+Store = Annotated[
+    bool | None,
+    typer.Option(
+        "--store/--no-store",
+        help="Save the result in the catalogue [default: if there is one, or one can be made].",
+    ),
+]
 Classes = Annotated[bool, typer.Option("--classes", help="One row per symmetry class: its representative.")]
 ByBounce = Annotated[
     bool,
@@ -231,6 +243,10 @@ GONE = {
     "query --bounces": "--by-bounce",
     "export --bounces": "--by-bounce",
     "bench --plot": "--output",
+    "--from": "--p LOW-HIGH",
+    "--rigorous": "--prove",
+    "bounds --window": "--edges",
+    "bounds --time": "--seconds",
 }
 """What became of options that the program had before its first release, in one command or in all."""
 

@@ -13,7 +13,7 @@ from orbitdb.cli.grids import Asked, GivenValues, many_a, named
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import note, progress, repeats
 from orbitdb.columns import COMPUTED, IN_CATALOGUE
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, StoreError
 from orbitdb.store.paths import default_path
 from orbitdb.text import format_float
 
@@ -140,6 +140,21 @@ def _stored(catalogue: "Catalogue", asked: Asked, db: Path) -> tuple[float, ...]
     if (a := catalogue.a) != USUAL_A:
         note(f"a = {format_float(a)}, the only value in {db}")
     return (a,)
+
+
+def storable(catalogue: "Catalogue", store: bool | None) -> bool:
+    """Return whether to store a result, and make or upgrade the catalogue for it; raise, or note why not."""
+    if store is False:
+        return False
+    try:
+        bring(catalogue.path)
+        catalogue.check_writable()
+    except StoreError as error:
+        if store:
+            raise
+        note(f"the result is not saved: {error}")
+        return False
+    return True
 
 
 def bring(path: Path) -> "Migration":

@@ -211,7 +211,7 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "husimi.svg": Figure("orbitdb plot husimi 13 --k 20.17 --parity ee -o"),
     "entropy-over-a.svg": Figure(
         "orbitdb plot entropy --over-a --db curve.db -o",
-        ("orbitdb births --p 8 --db curve.db", "orbitdb bounds --a 0.2:10:25 --window 10 --db curve.db"),
+        ("orbitdb births --p 8 --db curve.db", "orbitdb bounds --a 0.2:10:25 --edges 10 --db curve.db"),
     ),
     "entropy-width.svg": entropy_width,
     "work-precision.svg": Figure("orbitdb bench -o"),

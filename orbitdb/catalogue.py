@@ -31,7 +31,7 @@ from orbitdb.store.selection import (
     Selection,
     SelectionError,
     check_periods,
-    chosen_periods,
+    periods_to_make,
     with_criteria,
 )
 from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
@@ -53,7 +53,6 @@ if TYPE_CHECKING:
     from orbitdb.answers.sql_result import SqlResult
     from orbitdb.answers.subset import Subset
     from orbitdb.entropy_bounds.bounds import EntropyBounds
-    from orbitdb.entropy_bounds.proof import Proof
     from orbitdb.filling.estimate import Need
     from orbitdb.filling.workers import Workers
     from orbitdb.orbits.exponents import OrbitClasses
@@ -312,25 +311,27 @@ class Catalogue:
         found.notes = fills[0].notes if fills else (missing,)
         return found
 
-    def entropy_bounds(self, *, a: float | None = None, proof: str | None = None) -> "EntropyBounds | None":
+    def entropy_bounds(
+        self, *, a: float | None = None, arithmetic: str | None = None
+    ) -> "EntropyBounds | None":
         """Return the tightest bounds on the topological entropy that `prove_bounds` stored, or None.
 
         Parameters
         ----------
-        proof : str, optional
+        arithmetic : str, optional
             ``doubles`` or ``balls``, for bounds proved in this arithmetic only; by default in either.
         """
         from orbitdb.store.stored_values import tightest_bounds
 
         with self._reading() as connection:
-            return tightest_bounds(connection, self._at(a, connection), proof)
+            return tightest_bounds(connection, self._at(a, connection), arithmetic)
 
-    def entropy_curve(self, *, proof: str | None = None) -> "Rows[EntropyBounds]":
+    def entropy_curve(self, *, arithmetic: str | None = None) -> "Rows[EntropyBounds]":
         """Return the tightest stored bounds on the topological entropy at every ``a`` that has any."""
         from orbitdb.store.stored_values import bounds_by_a
 
         with self._reading() as connection:
-            return Rows(bounds_by_a(connection, proof))
+            return Rows(bounds_by_a(connection, arithmetic))
 
     def reference(self, *, a: float | None = None) -> "Reference | None":
         """Return the averages over trajectories, with the smallest error, that `simulate` stored, or None."""
@@ -877,7 +878,7 @@ class Catalogue:
 
     def estimate(
         self,
-        periods: int | str | Iterable[int],
+        p: int | str | Iterable[int],
         *,
         jobs: int | None = 1,
         method: str = "newton",
@@ -895,7 +896,7 @@ class Catalogue:
         from orbitdb.filling.workers import number_of
 
         check_method(method)
-        at, wanted, number = self._at(a), chosen_periods(periods), number_of(jobs)
+        at, wanted, number = self._at(a), periods_to_make(p), number_of(jobs)
         if geometric:
             return need_of_pruned(self._present().path, wanted, number)
         return need(self._present().path, at, wanted, number, SWEEP if sweep else method)
@@ -908,7 +909,7 @@ class Catalogue:
 
     def fill(
         self,
-        periods: int | str | Iterable[int] | None = None,
+        p: int | str | Iterable[int] | None = None,
         *,
         words: str | Iterable[str] = (),
         jobs: int | None = 1,
@@ -924,8 +925,9 @@ class Catalogue:
 
         Parameters
         ----------
-        periods : int, str or iterable of int, optional
-            Periods, such as ``"2-11"``.
+        p : int, str or iterable of int, optional
+            A single number means all periods up to it, as with ``fill --p 11``; a text such as ``"9-11"`` or
+            ``"2,5"``, a list or a range means exactly these periods.
         words : str or iterable of str, optional
             Primitive words of any period, to store with their symmetry classes; a single text is one word.
         jobs : int or None, optional
@@ -960,7 +962,7 @@ class Catalogue:
         from orbitdb.filling import fill as filling
         from orbitdb.store.periods import read_fills
 
-        at, wanted = self._at(a), () if periods is None else chosen_periods(periods)
+        at, wanted = self._at(a), () if p is None else periods_to_make(p)
         single = [filling.check_word(word) for word in as_texts("words", words)]
         if not wanted and not single:
             raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
@@ -991,7 +993,7 @@ class Catalogue:
 
     def fill_births(
         self,
-        periods: int | str | Iterable[int],
+        p: int | str | Iterable[int],
         *,
         jobs: int | None = 1,
         progress: Tell | None = None,
@@ -1003,14 +1005,14 @@ class Catalogue:
         from orbitdb.filling.fill import find_births
         from orbitdb.store.periods import read_birth_fills
 
-        wanted = chosen_periods(periods)
+        wanted = periods_to_make(p)
         with telling(progress, "births") as tell:
             find_births(self._present().path, wanted, jobs, tell)
         return self._stored_now(read_birth_fills, wanted)
 
     def sweep(
         self,
-        periods: int | str | Iterable[int],
+        p: int | str | Iterable[int],
         *,
         jobs: int | None = 1,
         workers: "Workers | None" = None,
@@ -1025,7 +1027,7 @@ class Catalogue:
         from orbitdb.filling.sweeps import sweep
         from orbitdb.store.periods import read_sweeps
 
-        at, wanted = self._at(a), chosen_periods(periods)
+        at, wanted = self._at(a), periods_to_make(p)
         with telling(progress, "sweep") as tell:
             sweep(self._present().path, at, wanted, jobs, workers, tell)
         return self._stored_now(read_sweeps, wanted, at)
@@ -1078,7 +1080,7 @@ class Catalogue:
         *,
         width: float | None = None,
         seconds: float | None = None,
-        balls: bool = False,
+        prove: bool = False,
         progress: Tell | None = None,
         a: float | None = None,
     ) -> "EntropyBounds":
@@ -1090,7 +1092,7 @@ class Catalogue:
             Number of edges of the longest windows; 14 if nothing else limits the search.
         width, seconds : float, optional
             Stop when the bounds differ by at most this width, or after about this many seconds.
-        balls : bool, optional
+        prove : bool, optional
             Whether to check every decision in ball arithmetic, and use only those that it proves.
 
         Returns
@@ -1098,10 +1100,9 @@ class Catalogue:
         EntropyBounds
             The bounds that follow from the longest windows.
         """
-        proofs: list[Proof] | None = [] if balls else None
         with telling(progress, "bounds") as tell:
             steps = self.search_bounds(
-                edges, width=width, seconds=seconds, proofs=proofs, jobs=1, progress=tell, a=a
+                edges, width=width, seconds=seconds, prove=prove, jobs=1, progress=tell, a=a
             )
             *_, last = steps
         return last
@@ -1112,7 +1113,7 @@ class Catalogue:
         *,
         width: float | None = None,
         seconds: float | None = None,
-        proofs: "list[Proof] | None" = None,
+        prove: bool = False,
         jobs: int | None = None,
         store: bool = True,
         progress: Tell = nobody,
@@ -1122,10 +1123,8 @@ class Catalogue:
 
         Parameters
         ----------
-        edges, width, seconds : optional
+        edges, width, seconds, prove : optional
             As for `prove_bounds`; the time is for each a.
-        proofs : list, optional
-            Check every decision in ball arithmetic, and append the proof for each a to this list.
         jobs : int, optional
             Number of processes for several a.
         store : bool, optional
@@ -1137,7 +1136,7 @@ class Catalogue:
 
         values = [self._at(one) for one in (a if isinstance(a, Iterable) else [a])]
         path = self._present().path if store else None
-        return find_bounds(path, values, edges, width, seconds, proofs, jobs, progress)
+        return find_bounds(path, values, edges, width, seconds, prove, jobs, progress)
 
     def check_writable(self) -> FileId:
         """Raise `StoreError` if nothing can be stored, before long work; return which file it would be."""
@@ -1154,7 +1153,7 @@ class Catalogue:
         restarts: int = 0,
         seed: "int | np.random.Generator" = 0,
         births: bool = False,
-        rigorous: bool = False,
+        prove: bool = False,
         jobs: int | None = 1,
         progress: Tell | None = None,
         **criteria: Unpack[Criteria],
@@ -1175,7 +1174,7 @@ class Catalogue:
             Seed of the sample and the restarts, as for `simulate`.
         births : bool, optional
             Whether to prove that no birth or death between a = 0.02 and 1000 is missing.
-        rigorous : bool, optional
+        prove : bool, optional
             Whether to prove every row in ball arithmetic, and store the certificates.
         jobs, progress : optional
             As for `fill`.
@@ -1199,7 +1198,7 @@ class Catalogue:
                 selections = tuple(replace(every, a=at) for at in verifiable(connection))
             missing = gaps_of_periods(connection, selections, everywhere)
         with telling(progress, "verify") as tell:
-            found = verified(path, selections, sample, restarts, drawn, births, rigorous, jobs, tell)
+            found = verified(path, selections, sample, restarts, drawn, births, prove, jobs, tell)
         return replace(found, notes=(*missing, *found.notes))
 
     # deleting

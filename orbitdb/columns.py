@@ -338,7 +338,7 @@ OF_LIVES = [
 
 OF_BOUNDS = [
     Column(
-        "window",
+        "edges",
         "integer",
         "number of edges of the longest windows examined; a window is a piece of a path, and an edge leads "
         "from one bounce to the next",
@@ -348,7 +348,7 @@ OF_BOUNDS = [
     Column("estimate", "number", "middle of the two bounds, which is not proved", "1"),
     Column("windows", "integer", "number of windows examined; mirror images and reversals count as one"),
     Column("undecided", "integer", "how many of the longest windows are still undecided"),
-    Column("proof", "text", "arithmetic of the proof; 'doubles' (with error bounds) or 'balls'"),
+    Column("arithmetic", "text", "arithmetic of the proof; 'doubles' (with error bounds) or 'balls'"),
 ]
 """Columns of `bounds`, which describe the entropy at one value of a."""
 

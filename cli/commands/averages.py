@@ -10,7 +10,7 @@ from orbitdb.cli import options
 from orbitdb.cli.grids import many_a
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, notes, progress, write_facts
-from orbitdb.cli.snapshots import bring, snapshot
+from orbitdb.cli.snapshots import snapshot, storable
 from orbitdb.display import columns_of
 from orbitdb.text import concise, format_float, with_error
 
@@ -153,7 +153,7 @@ def simulate(
         bool,
         typer.Option("--legwise", help="Sample leg by leg and use exact means, for much smaller errors."),
     ] = False,
-    store: Annotated[bool, typer.Option(help="Save the result in the catalogue.")] = True,
+    store: options.Store = None,
     output: Output,
     db: options.Database,
 ) -> None:
@@ -164,14 +164,13 @@ def simulate(
     """
     from orbitdb.catalogue import Catalogue
 
-    if store:
-        bring(db)
     catalogue = Catalogue(db, a, missing_ok=True)
-    file = catalogue.check_writable() if store else None
+    keeps = storable(catalogue, store)
+    file = catalogue.check_writable() if keeps else None
     with progress("trajectories") as shown:
         means = catalogue.simulate(wanted, seed=seed, legwise=legwise, store=False, progress=shown)
     try:
-        if store:
+        if keeps:
             catalogue.keep(means, file)
     finally:
         if output.table:

@@ -4,7 +4,6 @@ from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from functools import partial
 from operator import attrgetter
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -13,24 +12,21 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.grids import GivenValues, named
 from orbitdb.cli.output import Output, note, progress
-from orbitdb.cli.snapshots import bring
-from orbitdb.errors import StoreError
+from orbitdb.cli.snapshots import storable
 
 if TYPE_CHECKING:
-    from orbitdb.catalogue import Catalogue
     from orbitdb.entropy_bounds.bounds import EntropyBounds
-    from orbitdb.entropy_bounds.proof import Proof
 
 
 EXAMPLES = (
     "bounds",
     "bounds --a 0.5 --width 0.01",
-    "bounds --a 3 --time 30 --json",
-    "bounds --window 12 --prove",
-    "bounds --a 0.5 --a 1 --window 12",
-    "bounds --a 0.3:10:40 --window 12",
+    "bounds --a 3 --seconds 30 --json",
+    "bounds --edges 12 --prove",
+    "bounds --a 0.5 --a 1 --edges 12",
+    "bounds --a 0.3:10:40 --edges 12",
 )
-COLUMNS = ("a", "window", "lower", "upper", "estimate", "windows", "undecided", "proof")
+COLUMNS = ("a", "edges", "lower", "upper", "estimate", "windows", "undecided", "arithmetic")
 _WHY = "the time, the window length or the memory was not enough"
 
 
@@ -48,7 +44,7 @@ def bounds(
             f"[default: {USUAL_A}].",
         ),
     ] = None,
-    window: Annotated[
+    edges: Annotated[
         int | None,
         options.count_option(
             help="Number of edges of the longest windows [default: 14, or as many as needed].",
@@ -60,15 +56,13 @@ def bounds(
         float | None, options.number_option(help="Stop when the bounds differ by no more than this.")
     ] = None,
     seconds: Annotated[
-        float | None, options.number_option("--time", help="Stop after about this many seconds.")
+        float | None, options.number_option(help="Stop after about this many seconds.")
     ] = None,
     prove: Annotated[
         bool, typer.Option("--prove", help="Check every decision in ball arithmetic; use only proved ones.")
     ] = False,
     jobs: options.Jobs = None,
-    store: Annotated[
-        bool | None, typer.Option(help="Save the bounds in the catalogue [default: if there is one].")
-    ] = None,
+    store: options.Store = None,
     output: Output,
     db: options.Database,
 ) -> None:
@@ -79,24 +73,21 @@ def bounds(
     so far, where mirror images and reversals count once, and undecided is the number of windows of this
     length that could not be decided. Bounds are rounded outward. estimate is the middle of the bounds: it is
     the best value of the entropy, but not proved. The search ends as soon as it reaches
-    --window, --width or --time. For several a, you see the last row of each a, and --time applies to each a.
-    If there is a catalogue, the bounds are saved in it, and 'orbitdb entropy' shows them.
+    --edges, --width or --seconds. For several a, you see the last row of each a, and --seconds applies to
+    each a.
+    The bounds are saved in the catalogue, and 'orbitdb entropy' shows them.
     """
     from orbitdb.catalogue import Catalogue
 
     a = named(asked) or (USUAL_A,)
     if len(a) == 1:
         options.refuse_idle(context, "at a single a", "jobs")
-    proofs: list[Proof] | None = [] if prove else None
     catalogue = Catalogue(db, missing_ok=True)
     search = partial(
-        catalogue.search_bounds, window, width=width, seconds=seconds, proofs=proofs, jobs=jobs, a=a
+        catalogue.search_bounds, edges, width=width, seconds=seconds, prove=prove, jobs=jobs, a=a
     )
     search(store=False)  # wrong limits must leave no file
-    why_not = _why_not_kept(catalogue, db, store)
-    last = _show(partial(search, store=why_not is None), len(a) > 1, proofs, output)
-    if why_not:
-        note(f"not saved: {why_not}")
+    last = _show(partial(search, store=storable(catalogue, store)), len(a) > 1, output)
     if width is not None and (wide := [level.width for level in last if level.width > width]):
         where = f" at {len(wide)} of {len(last)} values of a" if len(a) > 1 else ""
         note(f"the bounds are {max(wide):.1e} apart, more than {width:g}{where}: {_WHY}")
@@ -106,7 +97,6 @@ def bounds(
 def _show(
     search: "Callable[..., Generator[EntropyBounds]]",
     many: bool,
-    proofs: "list[Proof] | None",
     output: Output,
 ) -> "list[EntropyBounds]":
     """Search, and write the bounds at a single a, or the last ones at each of many; return the last ones."""
@@ -118,31 +108,15 @@ def _show(
         last = list({level.a: level for level in levels}.values())
         names = COLUMNS[:-1] if output.table else COLUMNS  # in a table, a note says how they are proved
         output.write(names, map(attrgetter(*names), last if many else levels))
-        if proofs is not None:
-            note(balls_of(proofs))
+        if last and last[-1].proved + last[-1].left_open:
+            note(balls_of(last))
     return last
 
 
-def balls_of(proofs: "Sequence[Proof]") -> str:
+def balls_of(last: "Sequence[EntropyBounds]") -> str:
     """Summarise how many of the windows decided in double precision are proved in ball arithmetic."""
-    proved, left_open = (sum(getattr(proof, name) for proof in proofs) for name in ("proved", "left_open"))
+    proved, left_open = (sum(getattr(bounds, name) for bounds in last) for name in ("proved", "left_open"))
     return (
         f"ball arithmetic proves {proved} of {proved + left_open} windows decided in double precision, "
-        f"{left_open} left open; {sum(proof.seconds for proof in proofs):.1f} s"
+        f"{left_open} left open"
     )
-
-
-def _why_not_kept(catalogue: "Catalogue", db: Path, store: bool | None) -> str | None:
-    """Make or update the catalogue if bounds are to be saved in it; otherwise, return the reason, or ''."""
-    if store is False:
-        return ""
-    if store is None and catalogue.missing:
-        return f"there is no catalogue at {db}; --store creates one"
-    try:
-        bring(db)
-        catalogue.check_writable()
-    except StoreError as error:
-        if store:
-            raise
-        return str(error)
-    return None

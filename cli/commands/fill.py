@@ -15,7 +15,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.options import MOST_JOBS, Database, HalfLength, Jobs, count_option, refuse_idle, takes_only
+from orbitdb.cli.options import MOST_JOBS, Database, HalfLength, Jobs, takes_only
 from orbitdb.cli.output import Output, code_text, confirm, note, notes, progress
 from orbitdb.cli.snapshots import bring, given_codes, primitive
 from orbitdb.errors import InputError
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 EXAMPLES = {
     "fill": (
         "fill --p 11",
-        "fill --from 12 --p 13 --a 1",
+        "fill --p 12-13 --a 1",
         "fill --p 15 --jobs 4",
         "fill --p 10 --method relaxation --scheduler tcp://node1:8786",
         "fill --code '1^20(02)^5 3'",
@@ -38,18 +38,13 @@ EXAMPLES = {
     "sweep": (
         "sweep --p 16",
         "sweep --p 12 --a 1 --json",
-        "sweep --from 12 --p 14 --jobs 2",
+        "sweep --p 12-14 --jobs 2",
         "sweep --p 19 --scheduler tcp://node1:8786",
     ),
     "births": ("births --p 11", "births --json", "births --deaths"),
 }
 
 
-_HIGHEST = typer.Option("--p", "-p", metavar="PERIODS", help="The highest period, or periods such as 2-8.")
-Highest = Annotated[str, _HIGHEST]
-SomeHighest = Annotated[str | None, _HIGHEST]
-Lowest = Annotated[int, count_option("--from", help="The lowest period.")]
-"""`asked_periods` reads --p and --from together."""
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")]
 
 
@@ -98,19 +93,6 @@ def _quiet_dask() -> Iterator[None]:
             yield
         finally:
             logging.disable(logging.NOTSET)
-
-
-def asked_periods(context: typer.Context, p: str, first: int) -> tuple[int, ...]:
-    """Return the periods of --p and --from in ascending order; refuse periods that cannot be filled."""
-    from orbitdb.store.selection import check_periods, periods_up_to
-
-    if "-" in p[1:] or "," in p:
-        refuse_idle(context, f"with --p {p}", "first")
-    spans = periods_up_to(p, first)
-    periods = check_periods(spans)
-    if not periods:
-        raise InputError(f"--from {first} is above --p {p}: give --from {p} or less")
-    return periods
 
 
 def written(periods: Sequence[int]) -> str:
@@ -168,8 +150,7 @@ def warn_of(catalogue: "Catalogue") -> None:
 def fill(
     *,
     context: typer.Context,
-    asked: SomeHighest = None,
-    first: Lowest = 2,
+    p: options.SomePeriodsToMake = None,
     a: HalfLength = USUAL_A,
     code: Annotated[
         list[str] | None, typer.Option(help="Store only this word; repeatable; - reads words from stdin.")
@@ -195,6 +176,7 @@ def fill(
     many words it stores, and asks if there are ten million or more.
     """
     from orbitdb.catalogue import Catalogue
+    from orbitdb.store.selection import periods_to_make
     from orbitdb.symbols.pruning import count_pruned
 
     if code:
@@ -202,9 +184,9 @@ def fill(
         single = [Catalogue.check_word(primitive(word)) for word in given_codes(code)]
         _fill_words(single, a, method, db, dry_run)
         return
-    if asked is None:
+    if p is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
-    periods = asked_periods(context, asked, first)
+    periods = periods_to_make(p)
     if yes and not geometric:
         raise InputError("--yes answers the question of --geometric: leave out --yes")
     catalogue, span, coming = planned(periods, a, solvers, db, dry_run, method=method)
@@ -241,9 +223,7 @@ def _fill_words(words: Sequence[str], a: float, method: str, db: Path, dry_run: 
 
 def sweep(
     *,
-    context: typer.Context,
-    asked: Highest,
-    first: Lowest = 2,
+    p: options.PeriodsToMake,
     a: HalfLength = USUAL_A,
     solvers: Solvers,
     dry_run: DryRun = False,
@@ -256,7 +236,9 @@ def sweep(
     time than a fill and hardly any disk space. If interrupted, it continues where it stopped; finished
     periods are skipped.
     """
-    periods = asked_periods(context, asked, first)
+    from orbitdb.store.selection import periods_to_make
+
+    periods = periods_to_make(p)
     catalogue, span, coming = planned(periods, a, solvers, db, dry_run, sweep=True)
     if dry_run:
         return
@@ -274,8 +256,7 @@ BIRTH_COLUMNS = ("p", "classes", "births", "deaths", "always", "least", "largest
 def births(
     *,
     context: typer.Context,
-    asked: SomeHighest = None,
-    first: Lowest = 2,
+    p: options.SomePeriodsToMake = None,
     deaths: Annotated[
         bool, typer.Option("--deaths", help="List the lives that end, one per line, instead of the periods.")
     ] = False,
@@ -293,14 +274,15 @@ def births(
     """
     from orbitdb.answers.results import ENDED
     from orbitdb.catalogue import Catalogue
+    from orbitdb.store.selection import LEAST_PERIOD, periods_to_make
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
     periods: Sequence[int]
-    if asked is None:
+    if p is None:
         options.refuse_idle(context, "without --p", "jobs")
-        periods = range(first, MAX_PERIOD + 1)
+        periods = range(LEAST_PERIOD, MAX_PERIOD + 1)
     else:
-        periods = asked_periods(context, asked, first)
+        periods = periods_to_make(p)
         _fill_births(periods, db, jobs)
     with Catalogue(db).snapshot() as then:
         fills = [fill for fill in then.birth_fills() if fill.p in periods]

@@ -10,7 +10,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import Parities, SomeRange, read_range
 from orbitdb.cli.output import Output, note, notes, progress
-from orbitdb.cli.snapshots import bring
+from orbitdb.cli.snapshots import storable
 from orbitdb.errors import InputError
 from orbitdb.text import several
 
@@ -36,7 +36,7 @@ def levels(
     parity: Parities = None,
     a: options.HalfLength = USUAL_A,
     jobs: options.Jobs = None,
-    store: Annotated[bool, typer.Option(help="Save the levels in the catalogue.")] = True,
+    store: options.Store = None,
     output: Output,
     db: options.Database,
 ) -> None:
@@ -64,7 +64,7 @@ def levels(
 
 
 def _from_elements(
-    k: str, parity: str | None, a: float, jobs: int | None, store: bool, output: Output, db: Path
+    k: str, parity: str | None, a: float, jobs: int | None, store: bool | None, output: Output, db: Path
 ) -> int:
     """Find levels with spectral elements, save them if a catalogue is given, and return their number."""
     from orbitdb.billiard.stadium import Stadium
@@ -76,11 +76,10 @@ def _from_elements(
     parities = parities_of(parity)
     for one in parities:
         list(windows(Stadium(a), one, low, high))  # a refused range must leave no file
-    if store:
-        bring(db)
     catalogue = Catalogue(db, a, missing_ok=True)
+    keeps = storable(catalogue, store)
     with progress("levels") as shown:
-        listed = catalogue.fill_levels(low, high, parities=parities, jobs=jobs, store=store, progress=shown)
+        listed = catalogue.fill_levels(low, high, parities=parities, jobs=jobs, store=keeps, progress=shown)
     output.write(COLUMNS, _rows(listed))
     notes(listed.notes)
     return len(listed)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     "verify",
-    "verify --p 2-11 --a 1.6 --rigorous",
+    "verify --p 2-11 --a 1.6 --prove",
     "verify --sample 1000 --restarts 10 --seed 7 --json",
 )
 
@@ -55,8 +55,8 @@ def verify(
         ),
     ] = 0,
     seed: Annotated[int, options.count_option(least=0, help="Seed for --sample and --restarts.")] = 0,
-    rigorous: Annotated[
-        bool, typer.Option("--rigorous", help="Prove every row in ball arithmetic and store its certificate.")
+    prove: Annotated[
+        bool, typer.Option("--prove", help="Prove every row in ball arithmetic and store its certificate.")
     ] = False,
     births: Annotated[
         bool,
@@ -93,7 +93,7 @@ def verify(
     chosen = (each or None) if a is None else replace(subset, a=a)
     with progress("the catalogue") as shown:
         found = catalogue.verify(
-            chosen, sample=sample, restarts=restarts, seed=seed, births=births, rigorous=rigorous, jobs=jobs,
+            chosen, sample=sample, restarts=restarts, seed=seed, births=births, prove=prove, jobs=jobs,
             progress=shown,
         )  # fmt: skip
     notes(found.notes)

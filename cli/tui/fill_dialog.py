@@ -15,7 +15,7 @@ from textual.widgets import Button, Input, Label
 from orbitdb.cli.tui.dialogs import half_length
 from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
 from orbitdb.progress import Tell, Work
-from orbitdb.store.selection import Selection, check_periods, periods_up_to
+from orbitdb.store.selection import Selection, periods_to_make
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.words import parse, primitive_root
 from orbitdb.text import format_float, several
@@ -71,7 +71,7 @@ def parse_request(a: str, periods: str, codes: str) -> FillRequest:
     value = half_length(a)
     if codes.strip():
         return FillRequest(value, words=tuple(primitive_root(parse(code)) for code in codes.split(",")))
-    return FillRequest(value, periods=check_periods(periods_up_to(periods)))
+    return FillRequest(value, periods=periods_to_make(periods))
 
 
 def cost_of(path: Path, request: FillRequest) -> tuple[str, int]:

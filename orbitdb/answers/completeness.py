@@ -242,11 +242,11 @@ def pruned_not_stored(connection: Connection, chosen: Selection) -> str | None:
         return None
     total = sum(count_pruned(p) for p in periods)
     all_ = " all" if begun.keys() & set(periods) else ""
-    first = f" --from {periods[0]}" if periods[0] > 2 else ""
+    chosen_as = f"{periods[0]}-{periods[-1]}" if periods[0] > 2 else periods[-1]
     return (
         f"geometrically pruned words of {written_periods(periods)} are not{all_} stored (there "
         f"{'are' if total > 1 else 'is'} {total:,}): "
-        f"'orbitdb fill --p {periods[-1]}{first} --geometric' stores them"
+        f"'orbitdb fill --p {chosen_as} --geometric' stores them"
     )
 
 

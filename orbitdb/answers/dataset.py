@@ -192,7 +192,7 @@ def _others(connection: Connection, chosen: Sequence[Selection], filled: set[int
         if (ensemble := best_reference(connection, at_a.a)) is not None:
             ensembles.append(astuple(ensemble))
         if (proved := tightest_bounds(connection, at_a.a)) is not None:
-            bounds.append(astuple(proved))
+            bounds.append(tuple(proved.row().values()))
         levels += _levels(connection, at_a.a)
     at = [EVERY["a"]]
     yield TableFile("counts.csv", "Counts of all words by period", at + _COUNTS, counts)

@@ -44,7 +44,7 @@ class ProvedBounds:
 
     def columns(self, rows: int) -> dict[str, list[Any]]:
         """Return the columns of a table that give the bounds in each of its rows."""
-        values = (self.bounds.lower, self.bounds.upper, self.bounds.proof)
+        values = (self.bounds.lower, self.bounds.upper, self.bounds.arithmetic)
         return {name: [value] * rows for name, value in zip(PROVED, values, strict=True)}
 
 
@@ -150,14 +150,14 @@ def stored_enclosure(connection: Connection, a: float) -> ProvedBounds | None:
     if closest is None:
         return None
     line = f"entropy of all orbits: {closest.between}, proved from {closest.basis}"
-    surer = None if closest.proof == BALLS else tightest_bounds(connection, a, BALLS)
+    surer = None if closest.arithmetic == BALLS else tightest_bounds(connection, a, BALLS)
     return ProvedBounds(closest, line + ("" if surer is None else f"; {surer.between} from {surer.basis}"))
 
 
 def enclosure(connection: Connection, a: float) -> ProvedBounds:
     """Return the tightest stored bounds on the entropy, or better ones that are computed now."""
     stored = stored_enclosure(connection, a)
-    if stored is not None and stored.bounds.window >= _EDGES:
+    if stored is not None and stored.bounds.edges >= _EDGES:
         return stored
     computed = _computed_bounds(a)
     if stored is not None and stored.bounds.width <= computed.width:

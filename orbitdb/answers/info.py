@@ -106,8 +106,8 @@ def _enclosures(connection: Connection) -> list[tuple[str, str]]:
     curve, filled = bounds_by_a(connection), a_values(connection, ["fill"])
     listed = [bounds for bounds in curve if len(curve) <= _FEW or bounds.a in filled]
     lines = [
-        f"a = {format_float(bounds.a)}: {bounds.between}, {bounds.window} edges"
-        f"{', balls' * (bounds.proof == BALLS)}"
+        f"a = {format_float(bounds.a)}: {bounds.between}, {bounds.edges} edges"
+        f"{', balls' * (bounds.arithmetic == BALLS)}"
         for bounds in listed
     ]
     if others := [bounds.a for bounds in curve if bounds not in listed]:

@@ -10,8 +10,8 @@ Undecided windows are extended by one letter, at the end that matters more, and 
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
@@ -21,9 +21,6 @@ from orbitdb.entropy_bounds.verdicts import Decision, Verdict, decide
 from orbitdb.entropy_bounds.windows import Letters, Windows, extended, first_windows
 from orbitdb.progress import Tell
 from orbitdb.text import between
-
-if TYPE_CHECKING:
-    from orbitdb.entropy_bounds.proof import Proof
 
 DOUBLES, BALLS = "doubles", "balls"
 """How windows are decided: in double precision with error bounds, or also confirmed in ball arithmetic."""
@@ -52,7 +49,7 @@ class EntropyBounds(Record):
     ----------
     a : float
         Half length of the stadium.
-    window : int
+    edges : int
         Number of edges of the longest windows.
     lower, upper : float
         Bounds on h_top, rounded outward.
@@ -60,17 +57,22 @@ class EntropyBounds(Record):
         Number of windows examined so far, up to mirror images and reversal.
     undecided : int
         Number of undecided windows among the longest.
-    proof : str
+    arithmetic : str
         Arithmetic in which the windows were decided: `DOUBLES` or `BALLS`.
+    proved, left_open : int
+        Decisions of this search that ball arithmetic confirmed so far, and those that it did not confirm; 0
+        if it was not used, or if the bounds are stored ones.
     """
 
     a: float
-    window: int
+    edges: int
     lower: float
     upper: float
     windows: int
     undecided: int
-    proof: str = DOUBLES
+    arithmetic: str = DOUBLES
+    proved: int = field(default=0, compare=False)
+    left_open: int = field(default=0, compare=False)
 
     @property
     def width(self) -> float:
@@ -84,7 +86,8 @@ class EntropyBounds(Record):
 
     def row(self) -> dict[str, Any]:
         """Return the values under the names that they have in JSON, with the estimate after the bounds."""
-        names = list(values := super().row())
+        values = super().row()
+        names = [name for name in values if name not in ("proved", "left_open")]
         names.insert(names.index("upper") + 1, "estimate")
         return {name: values.get(name, self.estimate) for name in names}
 
@@ -96,8 +99,8 @@ class EntropyBounds(Record):
     @property
     def basis(self) -> str:
         """What the bounds are based on, in words: the paths examined and the arithmetic."""
-        how = "in ball arithmetic" if self.proof == BALLS else "in double precision with error bounds"
-        return f"all paths of {self.window + 1} bounces, {how}"
+        how = "in ball arithmetic" if self.arithmetic == BALLS else "in double precision with error bounds"
+        return f"all paths of {self.edges + 1} bounces, {how}"
 
 
 Judge = Callable[[Windows, float, Tell | None], Decision]
@@ -132,7 +135,7 @@ def _levels(stadium: Stadium, tell: Tell | None, judge: Judge) -> Iterator[Entro
 
 def search(
     stadium: Stadium,
-    window: int | None = None,
+    edges: int | None = None,
     width: float = 0.0,
     seconds: float = math.inf,
     tell: Tell | None = None,
@@ -142,7 +145,7 @@ def search(
 
     Parameters
     ----------
-    window : int, optional
+    edges : int, optional
         Number of edges of the longest windows to try; `MAX_WINDOW` by default.
     width : float, optional
         Stop when the upper minus the lower bound is at most this.
@@ -166,36 +169,50 @@ def search(
         took, ended = time.monotonic() - ended, time.monotonic()
         growing = max(took / last, _LEAST_GROWTH) if last > _BRIEF else _USUAL_GROWTH
         last = took
-        enough = bounds.window == window or bounds.width <= width
+        enough = bounds.edges == edges or bounds.width <= width
         if enough or ended - began + took * growing > seconds:
             break
+
+
+def search_in_balls(
+    stadium: Stadium,
+    edges: int | None = None,
+    width: float = 0.0,
+    seconds: float = math.inf,
+    tell: Tell | None = None,
+) -> Iterator[EntropyBounds]:
+    """Enclose the topological entropy as `search` does, with every decision confirmed in ball arithmetic."""
+    from orbitdb.entropy_bounds.proof import Proof  # loads flint, which double precision does not need
+
+    proof = Proof()
+    for bounds in search(stadium, edges, width, seconds, tell, proof.decide):
+        yield replace(bounds, arithmetic=BALLS, proved=proof.proved, left_open=proof.left_open)
 
 
 class Enclosed(NamedTuple):
     """Bounds on the entropy at a given half length."""
 
     levels: tuple[EntropyBounds, ...]  # the bounds for each window length
-    proof: "Proof | None"  # counts of decisions confirmed in ball arithmetic, if it was used
     arithmetic: str  # the software that computed the bounds (`orbitdb.billiard.arithmetic.arithmetic`)
 
 
 def enclose(
     a: float,
-    window: int | None = None,
+    edges: int | None = None,
     width: float = 0.0,
     seconds: float = math.inf,
-    proof: "Proof | None" = None,
+    prove: bool = False,
 ) -> Enclosed:
-    """Enclose the entropy at a given half length with `search`, as a task that can run in another process.
+    """Enclose the entropy at a given half length, as a task that can run in another process.
 
     Parameters
     ----------
     a : float
         Half length of the stadium.
-    window, width, seconds : optional
+    edges, width, seconds : optional
         As for `search`.
-    proof : Proof, optional
-        Confirms every decision in ball arithmetic.
+    prove : bool, optional
+        Whether to confirm every decision in ball arithmetic.
     """
-    judge = decide if proof is None else proof.decide
-    return Enclosed(tuple(search(Stadium(a), window, width, seconds, judge=judge)), proof, arithmetic())
+    find = search_in_balls if prove else search
+    return Enclosed(tuple(find(Stadium(a), edges, width, seconds)), arithmetic())

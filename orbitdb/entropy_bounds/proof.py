@@ -8,7 +8,6 @@ are not pressed against a limit. The verdict is proved if f of the marked juncti
 A verdict that balls do not confirm counts as undecided.
 """
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -108,14 +107,11 @@ class Proof:
 
     proved: int = 0  # number of decisions that balls confirmed, up to mirror and reversal
     left_open: int = 0  # number of decisions that balls did not confirm
-    seconds: float = 0.0  # time spent on ball arithmetic
 
     def decide(self, windows: Windows, a: float, tell: Tell | None = None) -> Decision:
         """Decide windows as `orbitdb.entropy_bounds.verdicts.decide` does, but keep only proved decisions."""
         decision = decide(windows, a, tell)
-        began = time.monotonic()
         sure = proved(windows, decision.verdict, a, tell)
-        self.seconds += time.monotonic() - began
         count = int(sure.sum())
         self.proved += count
         self.left_open += int((decision.verdict != Verdict.UNDECIDED).sum()) - count

@@ -4,14 +4,12 @@ import logging
 import math
 from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing, nullcontext
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.entropy_bounds.bounds import BALLS, DOUBLES, EntropyBounds, enclose, search
-from orbitdb.entropy_bounds.verdicts import decide
+from orbitdb.entropy_bounds.bounds import EntropyBounds, enclose, search, search_in_balls
 from orbitdb.errors import InputError, check_number
 from orbitdb.filling.estimate import about
 from orbitdb.filling.workers import at_work
@@ -19,9 +17,6 @@ from orbitdb.progress import Tell, nobody
 from orbitdb.store.storing import keep_bounds
 from orbitdb.store.writer import Writer
 from orbitdb.text import format_float
-
-if TYPE_CHECKING:
-    from orbitdb.entropy_bounds.proof import Proof
 
 _FEWEST, MOST_EDGES = 2, 40
 _USUAL_WINDOW = 14
@@ -42,10 +37,10 @@ Limits = tuple[int | None, float, float]
 def find_bounds(
     path: Path | None,
     values: Sequence[float],
-    window: int | None,
+    edges: int | None,
     width: float | None = None,
     seconds: float | None = None,
-    proofs: "list[Proof] | None" = None,
+    prove: bool = False,
     jobs: int | None = None,
     tell: Tell = nobody,
 ) -> Generator[EntropyBounds]:
@@ -59,10 +54,10 @@ def find_bounds(
         The catalogue; None to store nothing.
     values : sequence of float
         Values of a; if there are several, they are divided among processes.
-    window, width, seconds : optional
+    edges, width, seconds : optional
         Limits that end the search, as in `Catalogue.prove_bounds`.
-    proofs : list of Proof, optional
-        If given, ball arithmetic checks each decision, and the proofs are appended to the list.
+    prove : bool, optional
+        Whether ball arithmetic checks each decision.
     jobs, tell : optional
 
     Returns
@@ -70,58 +65,47 @@ def find_bounds(
     generator of EntropyBounds
         Bounds for each a and length of windows, in ascending order.
     """
-    limits = _limits(window, width, seconds)
+    limits = _limits(edges, width, seconds)
     parameters = {
         "command": "bounds",
         "a": values,
-        "window": limits[0],
+        "edges": limits[0],
         "width": width,
-        "time": seconds,
-        "prove": proofs is not None,
+        "seconds": seconds,
+        "prove": prove,
     }
-    kind = DOUBLES if proofs is None else BALLS
-    return _stored(path, parameters, kind, _enclosed(values, limits, proofs, jobs, tell))
+    return _stored(path, parameters, _enclosed(values, limits, prove, jobs, tell))
 
 
 def _stored(
     path: Path | None,
     parameters: dict[str, Any],
-    kind: str,
     levels: Iterable[tuple[EntropyBounds, str | None]],
 ) -> Generator[EntropyBounds]:
     """Store bounds one by one, unless there is no path, and yield each one."""
     with nullcontext() if path is None else closing(Writer(path, parameters)) as writer:
         for level, computed in levels:
             if writer is not None:
-                keep_bounds(writer, level, kind, computed)
-            yield replace(level, proof=kind)
+                keep_bounds(writer, level, computed)
+            yield level
 
 
 def _enclosed(
-    values: Sequence[float], limits: Limits, proofs: "list[Proof] | None", jobs: int | None, tell: Tell
+    values: Sequence[float], limits: Limits, prove: bool, jobs: int | None, tell: Tell
 ) -> Iterator[tuple[EntropyBounds, str | None]]:
     """Yield bounds, each time with the arithmetic that computed them, or None if this process did."""
     if limits[-1] == math.inf and (takes := len(values) * _time_at_one_a(limits[0])) >= _LONG:
         logging.getLogger("orbitdb").warning(
             "windows of %s edges take %s of processor time", limits[0], about(takes)
         )
-    judges: list[Proof | None] = [None] * len(values)
-    if proofs is not None:
-        from orbitdb.entropy_bounds import proof  # loads flint, which double precision does not need
-
-        judges = [proof.Proof() for _ in values]
     if len(values) == 1:
-        if proofs is not None:
-            proofs += filter(None, judges)
-        judge = decide if judges[0] is None else judges[0].decide
-        yield from ((level, None) for level in search(Stadium(values[0]), *limits, tell, judge))
+        find = search_in_balls if prove else search
+        yield from ((level, None) for level in find(Stadium(values[0]), *limits, tell))
         return
     seconds = _time_at_one_a(limits[0])
-    tasks = [partial(enclose, a, *limits, proof) for a, proof in zip(values, judges, strict=True)]
+    tasks = [partial(enclose, a, *limits, prove) for a in values]
     with at_work(len(tasks) * seconds, jobs) as workers:
         for done, solved in enumerate(workers.solved(tasks), 1):
-            if proofs is not None:
-                proofs += filter(None, [solved.proof])
             yield from ((level, solved.arithmetic) for level in solved.levels)
             tell(done, len(tasks), f"a = {format_float(solved.levels[-1].a)}")
 
@@ -131,16 +115,16 @@ def _time_at_one_a(edges: int | None) -> float:
     return _SECONDS_OF_BOUNDS * _TIMES_LONGER ** ((edges or _USUAL_WINDOW) - _USUAL_WINDOW)
 
 
-def _limits(window: int | None, width: float | None, seconds: float | None) -> Limits:
+def _limits(edges: int | None, width: float | None, seconds: float | None) -> Limits:
     """Return the limits of a search for bounds, which stops at the first limit that it reaches.
 
     Raises `InputError` unless width and time are above 0, and the windows have 2 to 40 edges.
     """
-    if window is not None and window not in range(_FEWEST, MOST_EDGES + 1):
-        raise InputError(f"windows of {window} edges: give a whole number from {_FEWEST} to {MOST_EDGES}")
-    for name, limit in (("width", width), ("time", seconds)):
+    if edges is not None and edges not in range(_FEWEST, MOST_EDGES + 1):
+        raise InputError(f"windows of {edges} edges: give a whole number from {_FEWEST} to {MOST_EDGES}")
+    for name, limit in (("width", width), ("seconds", seconds)):
         check_number(name, limit or 0)
         if limit is not None and not 0 < limit < math.inf:
             raise InputError(f"{name} {limit:g}: give a number above 0")
-    most = int(window) if window else _USUAL_WINDOW if width is None and seconds is None else None
+    most = int(edges) if edges else _USUAL_WINDOW if width is None and seconds is None else None
     return most, width or 0.0, seconds or math.inf

@@ -350,22 +350,23 @@ def check_periods(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
     return tuple(sorted(periods))
 
 
-def chosen_periods(periods: int | str | Iterable[int]) -> tuple[int, ...]:
-    """Return the periods to fill, ascending, given as one, as a text such as ``2,3,5-7``, or as several.
+def periods_to_make(p: int | str | Iterable[int]) -> tuple[int, ...]:
+    """Return the periods of which to make data, ascending.
+
+    A single number, which can be a text, means all periods up to it. Other texts, such as ``2,3,5-7``, and
+    iterables give exactly these periods.
 
     Raises `InputError` if no period is given, or one of them cannot be filled.
     """
-    return check_periods(parse_periods(listed(periods)))
-
-
-def periods_up_to(text: str, first: int = LEAST_PERIOD) -> tuple[tuple[int, int], ...]:
-    """Read the periods to fill as `parse_periods` does, but take a single number to mean all up to it."""
-    if "-" in text[1:] or "," in text:
-        return parse_periods(text)
+    text = listed(p)
+    several = not isinstance(p, str) and isinstance(p, Iterable)
+    if several or "-" in text[1:] or "," in text:
+        return check_periods(parse_periods(text))
     try:
-        return ((first, parse_int(text)),)
+        highest = parse_int(text)
     except ValueError:
         raise SelectionError(f"periods {text!r:.40}: write them as 11, 2-8 or 2,3,5-7") from None
+    return check_periods([(LEAST_PERIOD, highest)])
 
 
 def parse_bound(text: str) -> tuple[str, Bounds]:

@@ -20,27 +20,27 @@ if TYPE_CHECKING:
 
 
 def bounds_by_a(
-    connection: Connection, proof: str | None = None, a: float | None = None
+    connection: Connection, arithmetic: str | None = None, a: float | None = None
 ) -> list[EntropyBounds]:
     """Return the tightest stored bounds on the entropy at every a, or at a given a, in order of a.
 
-    If two are equally tight, the one proved in ball arithmetic is returned. With `proof`, only bounds with
-    this proof count.
+    If two are equally tight, the one proved in ball arithmetic is returned. With `arithmetic`,
+    only bounds proved in it count.
     """
-    if proof not in (None, DOUBLES, BALLS):
-        raise InputError(f"proof {proof!r}: use {DOUBLES} or {BALLS}")
+    if arithmetic not in (None, DOUBLES, BALLS):
+        raise InputError(f"arithmetic {arithmetic!r}: use {DOUBLES} or {BALLS}")
     own = t.entropy_bound.c
     columns = (own.a, own.edges, own.lower, own.upper, own.windows, own.undecided, own.proof)
-    found = (true() if proof is None else own.proof == proof, true() if a is None else own.a == a)
+    found = (true() if arithmetic is None else own.proof == arithmetic, true() if a is None else own.a == a)
     query = select(*columns).where(*found).order_by(own.a, own.edges, own.proof)
     stored = (EntropyBounds(*row) for row in connection.execute(query))
     by_a = groupby(stored, key=lambda bounds: bounds.a)
-    return [min(group, key=lambda bounds: (bounds.width, bounds.proof)) for _, group in by_a]
+    return [min(group, key=lambda bounds: (bounds.width, bounds.arithmetic)) for _, group in by_a]
 
 
-def tightest_bounds(connection: Connection, a: float, proof: str | None = None) -> EntropyBounds | None:
+def tightest_bounds(connection: Connection, a: float, arithmetic: str | None = None) -> EntropyBounds | None:
     """Return the tightest stored bounds on the entropy at a given a (`bounds_by_a`), or None."""
-    return next(iter(bounds_by_a(connection, proof, Stadium(a).a)), None)
+    return next(iter(bounds_by_a(connection, arithmetic, Stadium(a).a)), None)
 
 
 def best_reference(connection: Connection, a: float) -> "Reference | None":

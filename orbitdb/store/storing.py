@@ -65,13 +65,15 @@ def keep_reference(writer: Writer, reference: "Reference") -> None:
         _keep_new(writer, connection, t.trajectory, values)  # the same seed gives the same averages
 
 
-def keep_bounds(writer: Writer, bounds: "EntropyBounds", proof: str, computed: str | None = None) -> bool:
+def keep_bounds(writer: Writer, bounds: "EntropyBounds", computed: str | None = None) -> bool:
     """Store the bounds from windows of a given length; return whether they were new.
 
-    `proof` is `orbitdb.entropy_bounds.bounds.DOUBLES` or `BALLS`; `computed` is as in `Writer.run_id`.
+    `computed` is as in `Writer.run_id`.
     """
-    values = {name: getattr(bounds, name) for name in ("a", "lower", "upper", "windows", "undecided")}
-    values |= {"proof": proof, "edges": bounds.window}
+    values = {
+        name: getattr(bounds, name) for name in ("a", "edges", "lower", "upper", "windows", "undecided")
+    }
+    values["proof"] = bounds.arithmetic
     with writer.writing() as connection:
         return _keep_new(writer, connection, t.entropy_bound, values, computed)
 

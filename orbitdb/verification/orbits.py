@@ -332,7 +332,7 @@ def certify(path: Path, selection: Selection, sample: int | None = None, seed: i
         cycles = scope.query("SELECT cycle FROM certificate WHERE stadium = :stadium", stadium=number)
         certified = np.array(cycles, np.int64)
     todo = {p: np.setdiff1d(ids, certified) for p, ids in chosen.items()}
-    with closing(Writer(path, {"command": "verify --rigorous", "a": selection.a})) as writer:
+    with closing(Writer(path, {"command": "verify --prove", "a": selection.a})) as writer:
         for block in blocks(todo, _BATCH):
             with source.reading() as connection:
                 scope = Scope(connection)

@@ -232,11 +232,11 @@ def verified(
     restarts: int = 0,
     seed: int = 0,
     births: bool = False,
-    rigorous: bool = False,
+    prove: bool = False,
     jobs: int | None = None,
     tell: Tell = nobody,
 ) -> Verification:
-    """Verify a catalogue, in several processes if it is large; if `rigorous`, also prove its rows.
+    """Verify a catalogue, in several processes if it is large; if `prove`, also prove its rows.
 
     The other parameters are those of `verify` and `orbitdb.verification.orbits.certify`.
     """
@@ -245,7 +245,7 @@ def verified(
         opened = file_id(path)
         with reading(path) as connection:
             yield from verify(connection, selections, sample, restarts, seed, births, jobs)
-        for selection in selections if rigorous else ():
+        for selection in selections if prove else ():
             check_same_file(path, opened, _REPLACED)
             yield from certify(path, selection, sample, seed)
         check_same_file(path, opened, _REPLACED)

@@ -10,10 +10,10 @@ SOURCES = {
     "sweep": lambda catalogue: catalogue.sweep("2-6"),
     "fill": lambda catalogue: catalogue.fill("2-6"),
     "all three": lambda catalogue: (
-        catalogue.fill("2"),
-        catalogue.sweep("3"),
+        catalogue.fill("2-2"),
+        catalogue.sweep("3-3"),
         catalogue.fill_births("5,6"),
-        catalogue.fill("4"),
+        catalogue.fill("4-4"),
     ),
 }
 """Functions that count periods 2 to 6; each period has only one source, so that no other can replace it."""

@@ -49,7 +49,7 @@ def test_single_words_are_stored_at_the_a_and_by_the_method_that_were_asked_for(
          "SELECT cycle, number, a, error, kind FROM change ORDER BY cycle, number"),
         (f"sweep --p 6 --a {A}", lambda c: c.sweep("2-6"),
          "SELECT p, words, n_c, sums, moments FROM sweep ORDER BY p"),
-        (f"bounds --a {A} --window 6 --store", lambda c: c.prove_bounds(6),
+        (f"bounds --a {A} --edges 6 --store", lambda c: c.prove_bounds(6),
          "SELECT a, proof, edges, lower, upper FROM entropy_bound ORDER BY edges"),
         (f"simulate --a {A} --bounces 20000 --seed 3", lambda c: c.simulate(20_000, seed=3),
          "SELECT lambda_d, lambda_d_error, seed FROM trajectory"),
@@ -183,8 +183,8 @@ def test_words_are_texts(empty):
 
 
 def test_bounds_say_which_arithmetic_proved_them(empty):
-    assert empty.prove_bounds(5, balls=True) == empty.entropy_bounds()
-    assert empty.entropy_bounds().proof == "balls"
+    assert empty.prove_bounds(5, prove=True) == empty.entropy_bounds()
+    assert empty.entropy_bounds().arithmetic == "balls"
 
 
 def test_a_missing_catalogue_is_to_be_made_where_it_was_looked_for(tmp_path):

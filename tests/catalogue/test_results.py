@@ -26,8 +26,8 @@ HELD = {
     "Spectrum": lambda c: c.spectrum((4, 9), points=20),
     "Levels": lambda c: with_levels(c).levels(parity="ee"),
     "OrbitClasses": lambda c: c.classes(p="2-4"),
-    "Fill": lambda c: c.fill("3")[-1],
-    "Sweep": lambda c: c.sweep("6")[-1],
+    "Fill": lambda c: c.fill("3-3")[-1],
+    "Sweep": lambda c: c.sweep([6])[-1],
     "Life": lambda c: c.births(4)[0],
     "EntropyBounds": lambda c: c.prove_bounds(edges=4),
     "Reference": lambda c: c.simulate(bounces=20_000),
@@ -46,7 +46,7 @@ FIRST = {
     "Fill": ("N_c", 8),
     "Sweep": ("N_t", 252),
     "Life": ("representative", "0103"),
-    "EntropyBounds": ("window", 4),
+    "EntropyBounds": ("edges", 4),
     "Reference": ("seed", 0),
     "Verification": ("failures", 0),
     "Trajectory": ("sequence_first", -33),
@@ -59,7 +59,7 @@ FIRST = {
 def catalogue(tmp_path_factory):
     catalogue = Catalogue.create(tmp_path_factory.mktemp("results") / "c.db")
     catalogue.fill("2-5")
-    catalogue.fill_births("4")
+    catalogue.fill_births([4])
     return catalogue
 
 

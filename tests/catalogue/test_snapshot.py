@@ -43,7 +43,7 @@ def test_what_is_stored_during_a_snapshot_is_not_seen_by_it(catalogue):
     with catalogue.snapshot() as then:
         assert then.a_values() == [1.6]
         assert [fill.n_c for fill in catalogue.fill("2-3", a=2.5)] == [1, 8]
-        assert [sweep.p for sweep in catalogue.sweep(4, a=2.5)] == [4]
+        assert [sweep.p for sweep in catalogue.sweep([4], a=2.5)] == [4]
         assert (then.a_values(), catalogue.a_values()) == ([1.6], [1.6, 2.5])
     assert catalogue.count(a=2.5) == 9
 
@@ -104,7 +104,7 @@ def test_rows_that_are_not_read_to_their_end_hold_no_snapshot(catalogue):
 
 
 def test_rows_of_a_snapshot_are_read_within_it(catalogue):
-    catalogue.fill(9)  # more rows than are read at a time
+    catalogue.fill([9])  # more rows than are read at a time
     with catalogue.snapshot() as then:
         rows = iter(then.rows(columns=("code",)))
         next(rows)
@@ -154,7 +154,7 @@ def test_a_missing_file_is_an_empty_catalogue_if_that_is_allowed(tmp_path):
             "period 3 is not filled at a = 1.6: 'orbitdb fill --p 3 --a 1.6' fills it",
         )
     assert not any(tmp_path.iterdir())
-    Catalogue.create(path).fill(3)
+    Catalogue.create(path).fill([3])
     assert not catalogue.missing
     assert catalogue.count() == copy.count() == 8
 

@@ -17,7 +17,7 @@ REQUIRED = {"word": "13", "length": 10.4, "low": 1.0, "periods": "2", "p": 2, "a
 """Values for the parameters that have no default."""
 
 UNCHECKED = {"self", "coordinates", "classes", "orbits", "window", "fit_radius", "geometric", "legwise",
-             "balls", "births", "rigorous", "store", "exists", "sweep", "force", "facts",
+             "prove", "births", "store", "exists", "sweep", "force", "facts",
              "with_levels"}  # fmt: skip
 """True or false; anything is one or the other."""
 

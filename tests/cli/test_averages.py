@@ -63,7 +63,7 @@ def test_p_chooses_rows_and_leaves_their_numbers_alone(varied, cli, command, per
 @pytest.mark.parametrize("command", ["entropy", "lyapunov"])
 def test_a_lower_period_that_is_missing_is_named(tmp_path, cli, command):
     for p in ("2", "4"):
-        assert cli("fill", "--p", p, "--from", p).code == 0
+        assert cli("fill", "--p", f"{p}-{p}").code == 0
     shown = cli(command, "--p", "4")
     assert "the zeta function lacks p = 3 (not filled)" in shown.err
 

@@ -92,7 +92,7 @@ def test_info_and_simulate_fit_eighty_columns(cli):
     half = ("--a", "0.36602540378")
     assert cli("fill", "--p", "6", *half).code == 0
     assert cli("sweep", "--p", "12", *half).code == 0
-    assert cli("bounds", *half, "--window", "6", "--prove").code == 0
+    assert cli("bounds", *half, "--edges", "6", "--prove").code == 0
     for bounces in ("100", "20000"):
         done = cli("simulate", *half, "--bounces", bounces)
         assert max(map(len, (done.out + done.err).splitlines())) <= 80
@@ -109,10 +109,10 @@ def test_info_lists_the_entropy_at_a_few_a_and_at_every_filled_a(cli):
         return [line.split(maxsplit=1)[1] for line in lines if line.startswith("entropy ")]
 
     cli("fill", "--p", "2")
-    cli("bounds", "--a", "1:8:4", "--window", "2")
+    cli("bounds", "--a", "1:8:4", "--edges", "2")
     bounds = "0.00000000 < h < 1.21875573, 2 edges"
     assert told() == [f"a = {a}: {bounds}" for a in (1, 2, 4, 8)]
-    cli("bounds", "--window", "2")
+    cli("bounds", "--edges", "2")
     assert told() == [f"a = 1.6: {bounds}", "enclosed at 4 other values of a from 1 to 8"]
     names = [line.split()[0] for line in cli("info").out.splitlines()[:6]]
     assert names == ["catalogue", "schema", "size", "SQLite", "classes", "orbits"]
@@ -181,7 +181,7 @@ def test_a_crash_has_a_traceback_and_exit_code_1(filled):
         ("export x.csv", ""),
         ("births --p 9", "; nothing that was stored is lost, and the same command continues from there"),
         ("simulate", ""),
-        ("verify --rigorous", "; nothing that was stored is lost, and the same command continues from there"),
+        ("verify --prove", "; nothing that was stored is lost, and the same command continues from there"),
     ],
 )
 def test_ctrl_c_says_what_the_command_keeps(cli, monkeypatch, command, more):

@@ -97,7 +97,7 @@ def test_other_tools_read_the_same_tables_as_the_catalogue(known, folder):
     (trajectories,) = read_csv(folder / "trajectories.csv")
     assert (trajectories["a"], trajectories["seed"]) == ("1.6", "7")
     (bounds,) = read_csv(folder / "bounds.csv")
-    assert (bounds["window"], bounds["proof"]) == ("5", "doubles")
+    assert (bounds["edges"], bounds["arithmetic"]) == ("5", "doubles")
 
 
 def test_everything_in_the_folder_is_described(folder):
@@ -218,7 +218,7 @@ def test_a_folder_that_is_not_a_dataset_is_refused(known, cli, tmp_path):
         assert cli("verify", str(path)).says(2, "is not a dataset")
     (tmp_path / "datapackage.json").write_text('{"name": "stadium-orbits", "resources": [1]}')
     assert cli("verify", str(tmp_path)).says(2, "is not a dataset")
-    assert cli("verify", str(tmp_path), "--rigorous").says(2, "--rigorous")
+    assert cli("verify", str(tmp_path), "--prove").says(2, "--prove")
 
 
 def test_a_failed_export_leaves_no_files(known, cli, tmp_path, monkeypatch):

@@ -34,7 +34,7 @@ DEFAULTS: dict[str, dict[str, str | None]] = {
     },
     "lyapunov": {"--weight": of(Catalogue.lyapunov, "weight")},
     "spectrum": {"--points": of(Catalogue.spectrum, "points"), "--range": f"{LOW:g}:{HIGH:g}"},
-    "simulate": {"--a": A, "--seed": of(simulate, "seed"), "--store": "True"},
+    "simulate": {"--a": A, "--seed": of(simulate, "seed"), "--store": "if there is one, or one can be made"},
     "export": {"--order": ORDER, "--format": None},
     "verify": {"--restarts": of(verify, "restarts"), "--seed": of(verify, "seed")},
 }

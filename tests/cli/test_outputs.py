@@ -184,7 +184,7 @@ CASES = [
     Case("field --kappa 0.1 --kappa 0.2 --p 4,6 --counts",
          lambda c: c.field([0.1, 0.2], p="4,6").counts().columns),
     Case("births", born),
-    Case("bounds --a 3 --window 6", bounds, reads=False),
+    Case("bounds --a 3 --edges 6", bounds, reads=False),
     Case("info", filled),
     Case("verify --a 1.6 --p 2-4 --restarts 2 --seed 7", checked, slow=True),
     Case("bench --p 3", measured(lambda: methods.work_precision(methods.sample(3, Stadium(1.6)))),

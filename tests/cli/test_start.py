@@ -97,7 +97,7 @@ fill --p 3 --a 0.7 --method relaxation --db {folder}/new.db
 fill --code 1232131 --db {folder}/new.db
 simulate --bounces 1000 --db {folder}/new.db
 verify --db {folder}/new.db
-verify --rigorous --db {folder}/new.db
+verify --prove --db {folder}/new.db
 migrate --db {folder}/new.db
 """
 DRAWING = """

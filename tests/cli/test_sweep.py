@@ -30,7 +30,7 @@ def test_births_are_found_once_and_shown(cli):
     rows = json.loads(again.out)
     assert [list(row) for row in rows] == [OF_BIRTHS] * 4
     assert rows[0]["least"] is None
-    assert json.loads(cli("births", "--from", "4", "--json").out) == rows[2:]
+    assert json.loads(cli("births", "--p", "4-5", "--json").out) == rows[2:]
 
 
 @pytest.mark.slow

@@ -27,11 +27,11 @@ FILLING = [
     ("fill", "--p", "3", "--method", "relaxation", "--a", "2", *NEW),
     ("fill", "--p", "4", "--geometric", *NEW),
     ("simulate", "--bounces", "300000", *NEW),
-    ("verify", "--rigorous", "--p", "2-4", *NEW),
+    ("verify", "--prove", "--p", "2-4", *NEW),
     ("migrate", "--db", "{folder}/empty.db"),
     ("births", "--p", "5", *NEW),
     ("sweep", "--p", "7", *NEW),
-    ("bounds", "--window", "6", "--prove", *NEW),
+    ("bounds", "--edges", "6", "--prove", *NEW),
 ]
 READING = [
     ("verify", "--p", "2-5", "--format", "csv"),
@@ -120,7 +120,7 @@ def test_a_fill_and_two_queries_show_on_screen_what_files_get(varied, tmp_path):
 
 @pytest.mark.slow
 def test_info_fits_into_the_terminal(cli, tmp_path):
-    for command in ("fill", "--p", "4"), ("bounds", "--window", "2", "--prove"):
+    for command in ("fill", "--p", "4"), ("bounds", "--edges", "2", "--prove"):
         assert cli(*command, "--a", "0.30000000000000004").code == 0
     database, widths = str(tmp_path / "orbits.db"), (60, 80)
     for columns, session in zip(

@@ -157,7 +157,7 @@ def test_orbits_avoid_forbidden_windows_and_allowed_windows_make_orbits(a, longe
         orbits[p], counted[p] = (status == Status.ORBIT).sum(), (seen == 0).sum()
     assert 0 < counted[-1] <= orbits[-1]
     if longest > 8 and a >= 1:  # below a = 1 the zeta function has no usable zero
-        within = list(search(Stadium(a), window=12))[-1]
+        within = list(search(Stadium(a), edges=12))[-1]
         off = np.abs(entropy_of_counts(orbits).h_zeta - (within.lower + within.upper) / 2)
         assert off[-1] < off[-4] / 2
 
@@ -165,8 +165,8 @@ def test_orbits_avoid_forbidden_windows_and_allowed_windows_make_orbits(a, longe
 @pytest.mark.parametrize(("edges", "width", "most"), slow_but(1, [(11, 4e-3, 7000), (14, 6.2e-4, 34_000)]))
 def test_bounds_at_the_usual_a_agree_with_longer_windows(edges, width, most):
     """Windows have 14 letters; 1.1588534 < h < 1.1588558 is from a compiled program with 23 letters."""
-    found = list(search(Stadium(1.6), window=edges))
-    assert [level.window for level in found] == list(range(2, edges + 1))
+    found = list(search(Stadium(1.6), edges=edges))
+    assert [level.edges for level in found] == list(range(2, edges + 1))
     lower, upper = [level.lower for level in found], [level.upper for level in found]
     assert (np.diff(lower) >= -1e-9).all()
     assert (np.diff(upper) <= 1e-9).all()
@@ -210,7 +210,7 @@ def test_a_level_is_not_started_if_it_would_exceed_the_time(monkeypatch, levels_
 
 def test_there_are_bounds_at_extreme_a():
     for a in (1e-6, 1e6):
-        found = list(search(Stadium(a), window=5))[-1]
+        found = list(search(Stadium(a), edges=5))[-1]
         assert 0 <= found.lower <= found.upper <= geometric_entropy() + 1e-9
 
 
@@ -224,14 +224,14 @@ def test_extended_windows_keep_their_mark():
 def test_the_search_ends_at_its_size_limits(monkeypatch, name, value):
     monkeypatch.setattr(f"orbitdb.entropy_bounds.bounds.{name}", value)
     *before, last = search(Stadium())
-    size = {"MAX_WINDOW": "window", "MOST_UNDECIDED": "undecided"}[name]
+    size = {"MAX_WINDOW": "edges", "MOST_UNDECIDED": "undecided"}[name]
     assert getattr(before[-1], size) <= value <= getattr(last, size)
-    assert (last.window == value) == (name == "MAX_WINDOW")
+    assert (last.edges == value) == (name == "MAX_WINDOW")
 
 
 def test_progress_counts_the_windows_of_each_length():
     told: dict[str, tuple[float, float]] = {}
     found = list(search(Stadium(1.6), 6, tell=lambda done, total, text: told.setdefault(text, (done, total))))
     for bounds, count in zip(found, np.diff([0, *(each.windows for each in found)]), strict=True):
-        assert told[f"{bounds.window} letters"] == (0, count)
-        assert told[f"{bounds.window} letters: growth rates"] == (0, 0)
+        assert told[f"{bounds.edges} letters"] == (0, count)
+        assert told[f"{bounds.edges} letters: growth rates"] == (0, 0)

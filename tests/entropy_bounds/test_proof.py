@@ -49,7 +49,7 @@ def test_balls_prove_every_verdict_and_nothing_else(a, edges, least):
 @pytest.mark.parametrize("a", [1e-3, 0.05, 10.0])
 def test_proved_bounds_equal_those_of_doubles(a):
     kept = Proof()
-    assert list(search(Stadium(a), window=7, judge=kept.decide)) == list(search(Stadium(a), window=7))
+    assert list(search(Stadium(a), edges=7, judge=kept.decide)) == list(search(Stadium(a), edges=7))
     assert kept.left_open == 0 < kept.proved
 
 
@@ -70,10 +70,10 @@ def test_an_unproved_verdict_counts_as_undecided(monkeypatch):
             verdict[some[0]] = OPPOSITE[verdict[some[0]]]
         return Decision(verdict, decision.extend_left)
 
-    sound = list(search(Stadium(1.6), window=7))[-1]
+    sound = list(search(Stadium(1.6), edges=7))[-1]
     monkeypatch.setattr(module, "decide", wrong)
     kept = Proof()
-    found = list(search(Stadium(1.6), window=7, judge=kept.decide))[-1]
+    found = list(search(Stadium(1.6), edges=7, judge=kept.decide))[-1]
     assert kept.left_open == 5  # one per level, from the third letter on
     assert found.undecided > sound.undecided
     assert found.lower <= sound.lower < sound.upper <= found.upper

@@ -20,7 +20,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 WORK = {
-    "sweep": ("sweep", "--from", "6", "--p", "7", "--a", "2", "--jobs", "1"),
+    "sweep": ("sweep", "--p", "6-7", "--a", "2", "--jobs", "1"),
     "newton": ("fill", "--p", "7", "--a", "2", "--jobs", "2"),
     "relaxation": ("fill", "--p", "5", "--a", "2", "--method", "relaxation", "--jobs", "1"),
 }

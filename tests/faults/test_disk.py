@@ -26,14 +26,14 @@ WRITING = (
     ["fill", "--p", "9"],
     ["fill", "--code", "1^30 3"],
     ["simulate", "--bounces", "20000"],
-    ["verify", "--rigorous", "--p", "2-4"],
+    ["verify", "--prove", "--p", "2-4"],
 )
 READING = (
     ["query", "--p", "3"],
     ["query", "--code", "13"],
     ["table"],
     ["entropy"],
-    ["bounds", "--window", "4"],
+    ["bounds", "--edges", "4"],
     ["info"],
     ["export", "--format", "csv"],
     ["verify", "--p", "2-4"],
@@ -184,7 +184,7 @@ def test_write_protected_catalogues_can_be_read_but_not_written(locked, file, fo
     assert [each.name for each in locked.parent.iterdir()] == [locked.name]
     assert [code for _, code, _ in found] == [0] * len(READING) + [3] * len(WRITING)
     assert all(err.count("\n") == 1 and "cannot be written" in err for _, code, err in found if code)
-    bounds = run("bounds", "--window", "3", "--db", locked, preexec_fn=drop_rights)
+    bounds = run("bounds", "--edges", "3", "--db", locked, preexec_fn=drop_rights)
     assert (bounds.returncode, bounds.stderr.partition(": ")[0]) == (0, "not saved")
     locked.chmod(0)
     found = run_several([*READING, *WRITING], locked, preexec_fn=drop_rights)

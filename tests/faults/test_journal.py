@@ -29,7 +29,7 @@ COMMANDS = {
     "sweep": ("sweep", "--p", "7", "--jobs", "1"),
     "births": ("births", "--p", "7", "--jobs", "1"),
     "levels": ("levels", "--k", "0:12", "--jobs", "1"),
-    "verify": ("verify", "--rigorous", "--p", "2-11"),
+    "verify": ("verify", "--prove", "--p", "2-11"),
 }
 """Commands with several transactions, if blocks are small."""
 
@@ -65,7 +65,7 @@ def copied(path, folder):
     "command",
     slow_but(
         ["query 13", "sweep --p 6"],
-        ["query 13", "sweep --p 6", "births --p 5", "bounds --time 0.1", "verify --rigorous --p 2-5",
+        ["query 13", "sweep --p 6", "births --p 5", "bounds --seconds 0.1", "verify --prove --p 2-5",
          "fill --p 8", "table", "info"],
     ),
 )  # fmt: skip
@@ -153,9 +153,9 @@ def test_a_handle_follows_its_path(filled, cli):
     with pytest.raises(StoreError, match="no catalogue at"):
         catalogue.count(p=3)
     with pytest.raises(StoreError, match="no catalogue at"):
-        catalogue.fill(3)
+        catalogue.fill([3])
     assert not list(filled.parent.iterdir())
-    Catalogue.create(filled).fill(3, a=1.6)
+    Catalogue.create(filled).fill([3], a=1.6)
     assert catalogue.count(p="2-8") == 8
     filled.write_text("no catalogue")
     with pytest.raises(StoreError, match="not an orbitdb catalogue"):
@@ -304,9 +304,9 @@ def test_a_question_leaves_no_journal_of_a_deleted_file(filled):
     assert not list(filled.parent.iterdir())
 
 
-@pytest.mark.parametrize("rigorous", [True, False])
+@pytest.mark.parametrize("prove", [True, False])
 @pytest.mark.parametrize("replaced", [True, False])
-def test_verify_fails_if_its_file_is_replaced_or_deleted(filled, replaced, rigorous):
+def test_verify_fails_if_its_file_is_replaced_or_deleted(filled, replaced, prove):
     good = shutil.copy(filled, filled.with_name("good.db"))
     content = good.read_bytes()
 
@@ -318,7 +318,7 @@ def test_verify_fails_if_its_file_is_replaced_or_deleted(filled, replaced, rigor
             good.unlink()
 
     with pytest.raises(StoreError, match="replaced" if replaced else "deleted"):
-        verified(filled, [Selection(1.6)], rigorous=rigorous, jobs=1, tell=lose)
+        verified(filled, [Selection(1.6)], prove=prove, jobs=1, tell=lose)
     assert [each.name for each in filled.parent.iterdir()] == [filled.name] * replaced
     assert not replaced or filled.read_bytes() == content
 

@@ -88,7 +88,7 @@ def test_what_stands_for_no_half_length_is_refused(a):
 def test_a_changed_decimal_context_changes_no_answer(filled, cli):
     """Neither the precision nor the traps of whoever calls the library."""
     commands = [
-        "query --p 3", "query 0123", "table", "lyapunov", "births --p 4", "bounds --a 2 --window 4",
+        "query --p 3", "query 0123", "table", "lyapunov", "births --p 4", "bounds --a 2 --edges 4",
         "simulate --bounces 20000 --no-store",
     ]  # fmt: skip
     usual = [cli(*command.split(), "--db", str(filled)) for command in commands]

@@ -18,15 +18,15 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform == "win32", reas
 AT_WORK = "at work"
 COMMANDS = {
     "verify": ("verify", "--jobs", "2", "--restarts", "500", "--db", AT_WORK),
-    "verify-rigorous": ("verify", "--rigorous", "--db", AT_WORK),
+    "verify-rigorous": ("verify", "--prove", "--db", AT_WORK),
     "verify-births": ("verify", "--births", "--restarts", "500", "--jobs", "2", "--db", AT_WORK),
     "verify-restarts": ("verify", "--restarts", "500", "--db", AT_WORK),
     "export": ("export", "rows.parquet", "-c", "+coordinates", "--status", "all", "--db", AT_WORK),
     "fill": ("fill", "--p", "15", "--jobs", "2", "--db", "new.db"),
     "sweep": ("sweep", "--p", "17", "--jobs", "2", "--db", "new.db"),
     "births": ("births", "--p", "13", "--jobs", "2", "--db", "new.db"),
-    "bounds": ("bounds", "--a", "0.5", "--window", "30", "--db", "new.db"),
-    "bounds-over-a": ("bounds", "--a", "0.3:3:200", "--window", "14", "--jobs", "2", "--db", "new.db"),
+    "bounds": ("bounds", "--a", "0.5", "--edges", "30", "--db", "new.db"),
+    "bounds-over-a": ("bounds", "--a", "0.3:3:200", "--edges", "14", "--jobs", "2", "--db", "new.db"),
     "simulate": ("simulate", "--bounces", "1000000000", "--no-store"),
     "bench": ("bench", "--p", "12"),
     "plot": ("plot", "births", "-o", "picture.pdf", "--db", AT_WORK),
@@ -134,7 +134,7 @@ run()
 
 @pytest.mark.parametrize(("name", "word"), [("SIGINT", "interrupted"), ("SIGTERM", "terminated")])
 def test_a_signal_that_arrives_in_a_callback_is_not_lost(name, word):
-    process = start("bounds", "--time", "60", command=[sys.executable, "-P", "-c", _IN_A_CALLBACK])
+    process = start("bounds", "--seconds", "60", command=[sys.executable, "-P", "-c", _IN_A_CALLBACK])
     assert there(process.stdout).readline() == "in a callback\n"
     process.send_signal(signal.Signals[name])
     _, err = process.communicate(timeout=50)

@@ -110,7 +110,7 @@ def test_a_sweep_adds_up_the_blocks_of_its_own_stadium(awkward, tmp_path):
     with reading(awkward) as connection:
         blocks, _ = sums_of_blocks(connection, Cursor(tables.sweep, {"stadium": 2, "p": 8}))
     assert [sums for sums, _ in blocks] == [row[3] for row in sorted(before) if row[0] == 2]
-    Catalogue(awkward).sweep(8, a=0.3)
+    Catalogue(awkward).sweep([8], a=0.3)
     (*_, resumed), alone = Catalogue(awkward).sweeps(a=0.3), swept(tmp_path / "alone.db", 0.3, [8])[8]
     assert (resumed.p, resumed.complete, resumed.tally) == (8, True, alone.tally)
     np.testing.assert_allclose(there(resumed.sums).sums, there(alone.sums).sums, rtol=1e-13)

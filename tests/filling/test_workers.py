@@ -5,6 +5,7 @@ import signal
 import sys
 import threading
 import time
+from dataclasses import replace
 from functools import partial
 from typing import Any, Self
 
@@ -17,8 +18,7 @@ from workforce import Deadly, Failing, filled_by, killed_while_sending, later
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import Catalogue
-from orbitdb.entropy_bounds.bounds import enclose, search
-from orbitdb.entropy_bounds.proof import Proof
+from orbitdb.entropy_bounds.bounds import BALLS, DOUBLES, enclose, search
 from orbitdb.errors import InputError, WorkError
 from orbitdb.filling.fill import METHODS, cut_into_blocks, fill_periods, solve_block
 from orbitdb.filling.sweeps import solve_swept
@@ -219,10 +219,8 @@ def test_results_of_tasks_name_their_arithmetic(block):
 
 @pytest.mark.parametrize("prove", [False, True])
 def test_a_task_encloses_the_entropy_like_a_search(prove):
-    enclosed = enclose(1.6, 4, proof=Proof() if prove else None)
-    assert enclosed.levels == tuple(search(Stadium(1.6), 4))
-    if enclosed.proof is not None:
-        assert enclosed.proof.proved > 0 < enclosed.proof.seconds
-        assert enclosed.proof.left_open == 0
-    assert (enclosed.proof is not None) == prove
-    assert len(enclose(1.6, width=0.5, proof=enclosed.proof).levels) < len(enclosed.levels)
+    enclosed = enclose(1.6, 4, prove=prove)
+    arithmetic = BALLS if prove else DOUBLES
+    assert enclosed.levels == tuple(replace(one, arithmetic=arithmetic) for one in search(Stadium(1.6), 4))
+    assert (enclosed.levels[-1].proved > 0, enclosed.levels[-1].left_open) == (prove, 0)
+    assert len(enclose(1.6, width=0.5, prove=prove).levels) < len(enclosed.levels)

@@ -29,7 +29,7 @@ def known(varied, made_once) -> Catalogue:
         keep_reference(writer, TRAJECTORY)
         for a in (1.6, 3.0):
             for level in search(Stadium(a), 3):
-                keep_bounds(writer, level, "doubles", None)
+                keep_bounds(writer, level)
         writer.close()
 
     return Catalogue(made_once("drawn", make), 1.6)

@@ -72,7 +72,7 @@ def test_the_entropy_of_the_geometric_rules_is_below_the_published_bound():
 
 @pytest.mark.parametrize("a", [1.6, 10.0, 1000.0])
 def test_proved_bounds_on_the_entropy_lie_between_the_published_ones(a):
-    *_, bounds = search(Stadium(a), window=6)
+    *_, bounds = search(Stadium(a), edges=6)
     assert AT_LEAST < bounds.lower <= bounds.upper < AT_MOST
 
 

@@ -235,19 +235,20 @@ def test_certificates_belong_to_one_a(catalogue, awkward_once):
 def test_bounds_in_balls_and_in_doubles_stay_apart(awkward):
     """Those in the file are in doubles."""
     catalogue = Catalogue(awkward, 1.6)
-    assert catalogue.entropy_bounds(proof="balls") is None
-    catalogue.prove_bounds(2, balls=True, a=0.3)
-    assert [each.a for each in catalogue.entropy_curve(proof="balls")] == [0.3]
-    assert [each.a for each in catalogue.entropy_curve(proof="doubles")] == [0.3, 1.6]
-    kept = [catalogue.entropy_bounds(a=0.3, proof=proof) for proof in ("balls", "doubles")]
-    assert [there(each).proof for each in kept] == ["balls", "doubles"]
+    assert catalogue.entropy_bounds(arithmetic="balls") is None
+    catalogue.prove_bounds(2, prove=True, a=0.3)
+    assert [each.a for each in catalogue.entropy_curve(arithmetic="balls")] == [0.3]
+    assert [each.a for each in catalogue.entropy_curve(arithmetic="doubles")] == [0.3, 1.6]
+    kept = [catalogue.entropy_bounds(a=0.3, arithmetic=name) for name in ("balls", "doubles")]
+    assert [there(each).arithmetic for each in kept] == ["balls", "doubles"]
 
 
 def test_work_on_some_periods_returns_these_alone(awkward):
     catalogue = Catalogue(awkward, 0.3)
     for found in (catalogue.fill("3,7"), catalogue.sweep("6-7"), catalogue.fill_births("2,5")):
         assert len(found) == 2
-    assert [each.p for each in catalogue.fill(3)] == [3]
+    assert [each.p for each in catalogue.fill(3)] == [2, 3]
+    assert [each.p for each in catalogue.fill([3])] == [each.p for each in catalogue.fill("3-3")] == [3]
 
 
 def test_new_proofs_replace_those_at_their_a_alone(awkward):

@@ -127,31 +127,35 @@ def test_bins_are_logarithmic_if_values_span_decades(filled, least, most, logari
 
 @pytest.mark.slow
 def test_proved_bounds_are_stored_once_and_read_back(filled, cli):
-    for options in (["--window", "4", "--prove"], ["--window", "11"], ["--a", "0.5", "--window", "4"]):
+    for options in (["--edges", "4", "--prove"], ["--edges", "11"], ["--a", "0.5", "--edges", "4"]):
         assert cli("bounds", *options, "--db", str(filled)).code == 0
     catalogue = Catalogue(filled)
-    *_, found = search(Stadium(1.6), window=11)
+    *_, found = search(Stadium(1.6), edges=11)
     closest = there(catalogue.entropy_bounds())
-    assert (closest.lower, closest.upper, closest.window) == (found.lower, found.upper, 11)
-    assert (closest.windows, closest.undecided, closest.proof) == (found.windows, found.undecided, "doubles")
-    surer = there(catalogue.entropy_bounds(a=1.6, proof="balls"))
-    assert (surer.window, surer.proof) == (4, "balls")
+    assert (closest.lower, closest.upper, closest.edges) == (found.lower, found.upper, 11)
+    assert (closest.windows, closest.undecided, closest.arithmetic) == (
+        found.windows,
+        found.undecided,
+        "doubles",
+    )
+    surer = there(catalogue.entropy_bounds(a=1.6, arithmetic="balls"))
+    assert (surer.edges, surer.arithmetic) == (4, "balls")
     assert surer.width > closest.width
     (line,) = catalogue.table(p=3).facts
     sources = f"proved from {closest.basis}; {surer.between} from {surer.basis}"
     assert line.endswith(f"{closest.between}, {sources}")
-    assert [(each.a, each.window) for each in catalogue.entropy_curve()] == [(0.5, 4), (1.6, 11)]
-    assert [each.a for each in catalogue.entropy_curve(proof="balls")] == [1.6]
+    assert [(each.a, each.edges) for each in catalogue.entropy_curve()] == [(0.5, 4), (1.6, 11)]
+    assert [each.a for each in catalogue.entropy_curve(arithmetic="balls")] == [1.6]
     assert catalogue.entropy_bounds(a=3) is None
     with pytest.raises(InputError, match="use doubles or balls"):
-        catalogue.entropy_bounds(proof="faith")
+        catalogue.entropy_bounds(arithmetic="faith")
     assert catalogue.a_values() == [1.6]
     before = [ask(filled, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")]
     assert len(before[0]) == 3 + 10 + 3
-    cli("bounds", "--window", "5", "--db", str(filled))
+    cli("bounds", "--edges", "5", "--db", str(filled))
     assert [ask(filled, f"SELECT * FROM {table}") for table in ("entropy_bound", "run")] == before
     alter(filled, "UPDATE entropy_bound SET lower = 0 WHERE edges = 11")
-    cli("bounds", "--window", "11", "--db", str(filled))
+    cli("bounds", "--edges", "11", "--db", str(filled))
     assert catalogue.entropy_bounds() == closest
     alter(filled, "DELETE FROM entropy_bound WHERE proof = 'doubles'")
     assert surer.between not in catalogue.table(p=3).facts[0]  # wider than what a moment finds

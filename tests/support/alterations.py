@@ -15,9 +15,9 @@ EVERYTHING = [
     ["fill", "--code", "0^30 1"],
     ["births", "--p", "7"],
     ["sweep", "--p", "7"],
-    ["verify", "--rigorous", "--p", "2-4", "--a", "1.6"],
+    ["verify", "--prove", "--p", "2-4", "--a", "1.6"],
     ["simulate", "--bounces", "3000"],
-    ["bounds", "--window", "5"],
+    ["bounds", "--edges", "5"],
 ]
 """Commands that store rows in every table, except for levels, and blocks of a sweep that is not done."""
 

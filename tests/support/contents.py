@@ -68,7 +68,7 @@ def awkward(path: Path) -> None:
     path.write_bytes(gzip.decompress(SCHEMA_9.read_bytes()))
     catalogue = Catalogue.create(path, a=0.3)
     catalogue.fill("6-7")
-    catalogue.sweep(6, a=2.5)
+    catalogue.sweep([6], a=2.5)
     catalogue.sweep("6-7")
     for a in (0.3, 2.5):
         begin_sweep(path, a, 8)

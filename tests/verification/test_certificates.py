@@ -19,7 +19,7 @@ CLASSES = 498
 @pytest.mark.parametrize("step", slow_but([3], [1, 3]))
 def test_certified_radii_are_between_the_true_error_and_the_stored_bound(small, cli, step):
     """The radius is between the true error, from 50 digits and plane geometry, and the stored bound."""
-    outcome = cli("verify", "--rigorous", "--a", "1.6", "--json")
+    outcome = cli("verify", "--prove", "--a", "1.6", "--json")
     assert outcome.code == 0
     (certificates,) = (row for row in json.loads(outcome.out) if row["check"] == "certificates")
     rows = ask(
@@ -43,14 +43,14 @@ def test_certified_radii_are_between_the_true_error_and_the_stored_bound(small, 
 
 
 def test_rows_at_every_a_get_certificates(small, cli):
-    assert cli("verify", "--rigorous", "--p", "6", "--time-reversal", "self").code == 0
+    assert cli("verify", "--prove", "--p", "6", "--time-reversal", "self").code == 0
     query = "SELECT a, count(*) FROM certificate JOIN stadium ON id = stadium GROUP BY a"
     assert ask(small, query) == [(1.0, 3), (1.6, 3)]
 
 
 @pytest.mark.slow
 def test_orbits_through_a_joint_are_certified(small, cli):
-    assert cli("verify", "--rigorous", "--a", "1").code == 0
+    assert cli("verify", "--prove", "--a", "1").code == 0
     query = "SELECT count(*) FROM orbit JOIN certificate USING (stadium, cycle) WHERE status = 'boundary'"
     assert ask(small, query)[0][0] > 0
 
@@ -73,7 +73,7 @@ def test_certification_resumes_where_it_stopped(filled):
 def test_an_altered_row_gets_no_certificate(small, cli):
     ((cycle, word),) = ask(small, "SELECT id, word FROM cycle WHERE p = 5 ORDER BY id LIMIT 1")
     alter(small, f"UPDATE orbit SET lyapunov = lyapunov + 3 * lyapunov_error WHERE cycle = {cycle}")
-    outcome = cli("verify", "--rigorous", "--p", "5", "--a", "1.6", "--json")
+    outcome = cli("verify", "--prove", "--p", "5", "--a", "1.6", "--json")
     assert outcome.code == 1
     failing = {row["check"]: row for row in json.loads(outcome.out) if row["failures"]}
     assert failing["certificates"]["failures"] == 1

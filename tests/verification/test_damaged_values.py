@@ -20,9 +20,9 @@ COMMANDS = [
     ["fill", "--p", "2", "--geometric"],
     ["births", "--p", "5"],
     ["sweep", "--p", "4"],
-    ["verify", "--rigorous", "--p", "2-3"],
+    ["verify", "--prove", "--p", "2-3"],
     ["simulate", "--bounces", "1000"],
-    ["bounds", "--window", "3"],
+    ["bounds", "--edges", "3"],
 ]
 COLUMNS = {
     "stadium": "id a",

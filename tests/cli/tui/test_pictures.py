@@ -348,7 +348,7 @@ async def test_the_facts_follow_the_main_screen(filled_once):
 @pytest.mark.slow
 async def test_a_stored_proof_is_shown_with_its_orbit(cli, tmp_path):
     cli("fill", "--p", "3")
-    assert cli("verify", "--rigorous", "--p", "2").code == 0
+    assert cli("verify", "--prove", "--p", "2").code == 0
     async with browsing(tmp_path / "orbits.db", LARGE) as (app, pilot):
         assert app.screen.side.orbit.code == "13"
         radius, bits = app.catalogue.certificate(app.screen.side.orbit)
