@@ -143,7 +143,7 @@ def test_a_wave_is_blank_where_a_point_is_masked_and_has_no_complex_points():
 
 def test_several_half_lengths_can_be_an_array(catalogue):
     found = [*catalogue.search_bounds(3, a=np.array([1.0, 2.0]), jobs=1, store=False)]
-    assert [(one.a, one.window) for one in found] == [(1.0, 2), (1.0, 3), (2.0, 2), (2.0, 3)]
+    assert [(one.a, one.edges) for one in found] == [(1.0, 2), (1.0, 3), (2.0, 2), (2.0, 3)]
 
 
 def test_births_that_are_not_stored_say_so_at_the_prompt(catalogue):
