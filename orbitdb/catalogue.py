@@ -15,7 +15,6 @@ from orbitdb.display import Rows
 from orbitdb.errors import InputError, StoreError, as_texts, check_int, check_text
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.progress import Tell, nobody, telling
-from orbitdb.store.connection import Connection, never
 from orbitdb.store.file import Moment, Store
 from orbitdb.store.lookup import (
     WITH_ORBITS,
@@ -34,6 +33,7 @@ from orbitdb.store.selection import (
     periods_to_make,
     with_criteria,
 )
+from orbitdb.store.sqlite import Connection, never
 from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
 
 if TYPE_CHECKING:

@@ -17,10 +17,10 @@ from orbitdb.averages.sum_rules import ENUMERATED_TO, SumRules, orbits_of_words,
 from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
-from orbitdb.store.connection import Connection
 from orbitdb.store.periods import Sweep, moments_of, read_sweeps
 from orbitdb.store.select import WORDS, Words, arrays_of
 from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.store.sqlite import Connection
 from orbitdb.store.where import reads_codes
 from orbitdb.symbols.words import packed, unpack
 

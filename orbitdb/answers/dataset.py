@@ -23,12 +23,12 @@ from orbitdb.errors import ExportError, StoreError
 from orbitdb.output_files import check_space, complete_folder, write_csv, write_parquet
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.connection import Connection
 from orbitdb.store.file import check_replaced
 from orbitdb.store.lives import read_lives
 from orbitdb.store.periods import Fill, class_rows, read_fills, runs
 from orbitdb.store.select import COORDINATES, Words, count, rows_of
 from orbitdb.store.selection import Selection
+from orbitdb.store.sqlite import Connection
 from orbitdb.store.stored_values import best_reference, stored_levels, tightest_bounds
 from orbitdb.text import format_float
 

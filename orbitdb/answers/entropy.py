@@ -24,8 +24,8 @@ from orbitdb.display import columns_of
 from orbitdb.entropy_bounds.bounds import BALLS, EntropyBounds, search
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import Connection
 from orbitdb.store.selection import Selection, written_periods
+from orbitdb.store.sqlite import Connection
 from orbitdb.store.stored_values import tightest_bounds
 from orbitdb.text import format_float
 

@@ -10,9 +10,9 @@ import numpy as np
 from orbitdb.arrays import Floats, Integers
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import check_int
-from orbitdb.store.connection import Connection
 from orbitdb.store.select import WORDS, Words, arrays_of, counts_by
 from orbitdb.store.selection import Selection, unknown_column
+from orbitdb.store.sqlite import Connection
 
 _NAMES = ("a", "cycle", "representative", "code", "element", "area")
 

@@ -28,9 +28,9 @@ from orbitdb.quantum.missing_levels import Assessment, assess, without_twins
 from orbitdb.quantum.radius_fit import widest
 from orbitdb.quantum.trace_formula import Terms, orbit_terms
 from orbitdb.quantum.weyl import Parity, as_levels, check_levels, one_parity, weyl
-from orbitdb.store.connection import Connection
 from orbitdb.store.lookup import WITH_ORBITS, a_values
 from orbitdb.store.selection import Selection
+from orbitdb.store.sqlite import Connection
 from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:

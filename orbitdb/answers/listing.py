@@ -22,11 +22,11 @@ from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
 from orbitdb.display import MOST_SHOWN, columns_of, data_frame, text_table
 from orbitdb.output_files import check_rows, write_file
-from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.file import read_whole
 from orbitdb.store.periods import read_fills
 from orbitdb.store.select import COLUMNS, Words, count, parse_order, rows_of
 from orbitdb.store.selection import Selection, unknown_column
+from orbitdb.store.sqlite import Connection, path_of
 from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:

@@ -36,8 +36,8 @@ from orbitdb.columns import Column
 from orbitdb.errors import InputError, check_number
 from orbitdb.orbits.least_values import least_exponent
 from orbitdb.progress import Tell, nobody
-from orbitdb.store.connection import Connection
 from orbitdb.store.selection import Selection
+from orbitdb.store.sqlite import Connection
 from orbitdb.store.stored_values import best_reference
 from orbitdb.text import format_float, with_error
 

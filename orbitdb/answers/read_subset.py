@@ -7,9 +7,9 @@ import numpy as np
 
 from orbitdb.answers.completeness import filled_periods, lacking_births, unfilled
 from orbitdb.answers.subset import ARRAY_FIELDS, Subset
-from orbitdb.store.connection import Connection, path_of
 from orbitdb.store.select import WORDS, Words, arrays_of, count
 from orbitdb.store.selection import Selection
+from orbitdb.store.sqlite import Connection, path_of
 
 
 def read_subset(

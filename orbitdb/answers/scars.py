@@ -16,10 +16,10 @@ from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.waves import scar_strengths
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
-from orbitdb.store.connection import Connection
 from orbitdb.store.lookup import find_word
 from orbitdb.store.select import Words, rows_of
 from orbitdb.store.selection import Selection
+from orbitdb.store.sqlite import Connection
 from orbitdb.text import format_float, shortened
 
 SHORTEST = 20

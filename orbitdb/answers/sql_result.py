@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from orbitdb.columns import Row
 from orbitdb.display import MOST_SHOWN, columns_of, data_frame, html_of, text_table
-from orbitdb.store.connection import Connection
+from orbitdb.store.sqlite import Connection
 from orbitdb.store.where import codes_are_texts, reads_codes, run_statement
 from orbitdb.text import shortened
 

@@ -4,8 +4,8 @@ from orbitdb.answers.complete_periods import read_noted
 from orbitdb.answers.entropy import enclosure, entropy_of_rows, outside
 from orbitdb.answers.lyapunov import lyapunov_of_rows
 from orbitdb.answers.results import Result
-from orbitdb.store.connection import Connection
 from orbitdb.store.selection import Selection
+from orbitdb.store.sqlite import Connection
 from orbitdb.symbols.pruning import count_admissible
 
 

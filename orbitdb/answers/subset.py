@@ -20,11 +20,11 @@ from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.orbits import NUMBERS, finite
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.output_files import arrow_batch, arrow_schema
-from orbitdb.store.connection import Connection
 from orbitdb.store.file import reading
 from orbitdb.store.lookup import Lives, find_or_solve, lives_of
 from orbitdb.store.select import COORDINATES, coordinates_of
 from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.store.sqlite import Connection
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.symmetry import half_of
 from orbitdb.symbols.words import WordError, from_strings, key, least_rotation, parse

@@ -50,7 +50,7 @@ from orbitdb.symbols.symmetry import SIZES, class_of, joined_words
 from orbitdb.symbols.words import from_strings, key, keys, pack, parse_primitive, to_strings, unpack
 
 if TYPE_CHECKING:
-    from orbitdb.store.connection import Connection
+    from orbitdb.store.sqlite import Connection
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from orbitdb.symbols.enumeration import Span
 from orbitdb.symbols.pruning import count_admissible
 
 if TYPE_CHECKING:
-    from orbitdb.store.connection import Connection
+    from orbitdb.store.sqlite import Connection
 
 
 class Step(NamedTuple):

@@ -32,7 +32,7 @@ from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 
 if TYPE_CHECKING:
-    from orbitdb.store.connection import Connection
+    from orbitdb.store.sqlite import Connection
 
 Tilts = Mapping[int, Floats]
 

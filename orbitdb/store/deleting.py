@@ -10,10 +10,11 @@ from sqlalchemy.pool import StaticPool
 
 from orbitdb.errors import StoreError
 from orbitdb.store import tables as t
-from orbitdb.store.engines import make_engine, open_to_write, plain_errors
-from orbitdb.store.journal import checkpoint, journal_ids, remove_journal_of
-from orbitdb.store.paths import file_id
+from orbitdb.store.file import open_to_write
+from orbitdb.store.journal import checkpoint, remove_journal_of
+from orbitdb.store.paths import file_id, journal_ids
 from orbitdb.store.periods import Contents, contents, filled_last
+from orbitdb.store.sqlite import make_engine, plain_errors
 from orbitdb.store.writer import Writer
 
 

@@ -1,51 +1,58 @@
 """The file of a catalogue: reading it, and creating or upgrading it."""
 
 import os
+import sqlite3
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
+from functools import cached_property
 from importlib import resources
 from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 import sqlalchemy as sa
+from sqlalchemy.dialects.sqlite import dialect
 from sqlalchemy.pool import NullPool, StaticPool
+from sqlalchemy.schema import CreateTable
 
 from orbitdb.errors import DamagedError, InputError, StoreError
 from orbitdb.store import tables as t
-from orbitdb.store.connection import (
-    ClosedError,
-    Driver,
-    Seen,
-    driver_of,
-    never,
-    open_sqlite,
-    path_of,
-    uri_of,
-)
-from orbitdb.store.engines import (
-    make_engine,
-    open_to_read,
-    open_to_write,
-    plain_errors,
-)
 from orbitdb.store.file_kind import check_file, check_version, need_readable, pragma
 from orbitdb.store.journal import (
     count_transaction,
     has_run,
-    journal_ids,
     last_run,
+    refuse_foreign_journal,
     remove_journal_of,
 )
 from orbitdb.store.paths import (
+    FileId,
     absolute_path,
     check_same_file,
     data_folder,
     default_path,
     file_id,
     home_expanded,
+    journal_files,
+    journal_ids,
+    journal_size,
 )
-from orbitdb.store.views import create_views
+from orbitdb.store.sqlite import (
+    ClosedError,
+    Driver,
+    Seen,
+    add_word_functions,
+    driver_of,
+    make_engine,
+    never,
+    open_sqlite,
+    path_of,
+    plain_errors,
+    read_only,
+    uri_of,
+    waiting,
+)
+from orbitdb.store.views import create_views, view_texts
 from orbitdb.symbols.symmetry import ELEMENT_ROWS
 
 _Row = TypeVar("_Row")
@@ -67,9 +74,6 @@ class Store:
     ----------
     path : Path
         Absolute path of the file.
-    engine : sqlalchemy.Engine
-        Its connections read the tables and views of `orbitdb sql`, and know ``code()`` and ``contains()``;
-        they cannot write.
 
     Raises
     ------
@@ -80,12 +84,25 @@ class Store:
     def __init__(self, path: Path | str | None = None, missing_ok: bool = False) -> None:
         need_readable(default_path() if path is None else home_expanded(path), missing_ok)
         self.path, self._missing_ok = absolute_path(path), missing_ok
-        self.engine = make_engine(self._open, "BEGIN", NullPool)
-        sa.event.listen(self.engine, "begin", _begun)
+        self._checked: FileId | None = None
+        self._engine = self._new_engine()
+
+    def _new_engine(self, wrapped: bool = False) -> sa.Engine:
+        engine = make_engine(self._open, "BEGIN", NullPool, wrapped)
+        sa.event.listen(engine, "begin", _begun)
+        return engine
+
+    @cached_property
+    def engine(self) -> sa.Engine:
+        """An engine for SQL of your own, whose connections cannot write."""
+        return self._new_engine(wrapped=True)
 
     def there(self) -> bool:
         """Tell whether there is a catalogue at the path now; raise `StoreError` if it cannot be read."""
-        return need_readable(self.path, self._missing_ok)
+        now = file_id(self.path)
+        if now is None or now != self._checked:  # a file that has not changed need not be opened twice
+            self._checked = now if need_readable(self.path, self._missing_ok) else None
+        return self._checked is not None
 
     def _open(self) -> Driver:
         """Open the file that is now at the path, or an empty catalogue in memory."""
@@ -106,35 +123,30 @@ class Store:
 
         Long queries call `cancelled` now and then, and raise `CancelledError` if it returns True.
         """
-        process, before, journal = os.getpid(), file_id(self.path), journal_ids(self.path)
-        connection = None
+        process = os.getpid()
+        with plain_errors(self.path):
+            connection = self._engine.connect()
+        driver, journal = driver_of(connection), dict[Path, FileId | None]()
         try:
             with plain_errors(self.path):
-                connection = self.engine.connect()
                 connection.begin()
-            driver = driver_of(connection)
             driver.cancelled, journal = cancelled, journal_ids(self.path)
             yield Moment(connection)
             check_replaced(connection)
         finally:
-            if connection is not None and process != os.getpid():
+            if process != os.getpid():
                 _INHERITED.append(connection)
             else:
+                with suppress(sqlite3.ProgrammingError):  # closed already, by SQLAlchemy after Ctrl-C
+                    for cursor in [*driver.statements]:
+                        cursor.close()
                 with plain_errors(self.path):
-                    if connection is not None:
-                        _close(connection)
-                remove_journal_of(self.path, before, journal)
+                    connection.close()
+                remove_journal_of(self.path, driver.opened, journal)
 
 
 _INHERITED: list[sa.Connection] = []
 """Connections that a fork has copied into this process; only the parent may close them."""
-
-
-def _close(connection: sa.Connection) -> None:
-    """Close a connection, even if statements of users have not been read to their end."""
-    for cursor in [*driver_of(connection).statements]:
-        cursor.close()
-    connection.close()
 
 
 class Moment:
@@ -216,10 +228,93 @@ def check_replaced(connection: sa.Connection) -> None:
     driver.seen = Seen(now, driver.seen.run)
 
 
+_CACHE = 8 << 10
+"""Page cache of a reader in kilobytes; it is small, because rows are read in the order of storage."""
+
+
+def open_to_read(path: Path) -> Driver:
+    """Open a catalogue for reading, even in a read-only folder, on a full disk, or while others write."""
+    alone = read_alone(path)
+    try:
+        return _reader(path, alone)
+    except sqlite3.OperationalError as error:
+        if alone or error.sqlite_errorcode & 0xFF not in _NO_ROOM or journal_size(path):
+            raise
+    return _reader(path, True)  # there is no room for the index of the journal
+
+
+_NO_ROOM = (sqlite3.SQLITE_FULL, sqlite3.SQLITE_IOERR, sqlite3.SQLITE_CANTOPEN)
+
+
+def _reader(path: Path, alone: bool) -> Driver:
+    mode = "&immutable=1" if alone else ""
+    # the last to close the file removes the journal, and needs "rw" for it
+    with _opening(path, uri_of(path, "rw") + mode) as driver:
+        driver.alone = alone
+        driver.execute("PRAGMA temp_store = MEMORY")
+        stored = dict(driver.execute("SELECT name, sql FROM sqlite_master"))
+        version = pragma(driver, "user_version")
+        for name in t.TABLES.keys() - stored.keys() if version < t.SCHEMA_VERSION else ():
+            text = str(CreateTable(t.TABLES[name]).compile(dialect=dialect()))
+            driver.execute(text.replace("CREATE TABLE", "CREATE TEMP TABLE", 1))
+        for text in set(view_texts().values()) - set(stored.values()):  # others are for other programs
+            driver.execute(text.replace("CREATE VIEW", "CREATE TEMP VIEW", 1))
+        add_word_functions(driver)
+        driver.execute("PRAGMA query_only = ON")
+        driver.execute(f"PRAGMA cache_size = -{_CACHE}")
+    return driver
+
+
+def open_to_write(path: Path, references: bool = True, create: bool = False) -> Driver:
+    """Open a file for writing; with `references`, SQLite checks every foreign key that is written.
+
+    A fill does not check references, because the random lookups would take a third of its time. Only with
+    `create` may the file be new. SQLite itself moves no journal into the file (`checkpoint` does).
+    """
+    if path.exists() and not os.access(path, os.W_OK):
+        raise read_only(path)  # SQLite would do so, too, but leave an empty journal
+    with _opening(path, uri_of(path, "rwc" if create else "rw")) as driver:
+        driver.execute(f"PRAGMA page_size = {t.PAGE_SIZE}")  # for a new file; others keep their page size
+        waiting(lambda: driver.execute("PRAGMA journal_mode = WAL"), path)
+        driver.execute("PRAGMA synchronous = NORMAL")
+        driver.execute("PRAGMA wal_autocheckpoint = 0")
+        driver.execute("PRAGMA journal_size_limit = 0")  # a journal is then as large as its content
+        driver.execute(f"PRAGMA foreign_keys = {'ON' if references else 'OFF'}")
+    return driver
+
+
+@contextmanager
+def _opening(path: Path, uri: str) -> Iterator[Driver]:
+    """Connect to a file whose journal belongs to it; close it again if the block fails.
+
+    Raises `StoreError` if the journal belongs to another file, or if the file is replaced at this moment.
+    """
+    before = file_id(path)
+    refuse_foreign_journal(path)
+    driver = open_sqlite(uri)
+    driver.path, driver.opened = path, before
+    try:
+        if before:
+            check_same_file(path, before, "opened it")
+        yield driver
+    except BaseException:
+        driver.close()
+        raise
+
+
+def read_alone(path: Path) -> bool:
+    """Tell whether to read a file without locks, because SQLite could not write or remove its journal.
+
+    A journal that another user left behind would keep the owner from writing.
+    """
+    writable = all(os.access(part, os.W_OK) for part in (path, path.parent))
+    return not writable and not journal_files(path)[0].exists()
+
+
 def open_empty() -> Driver:
     """Return an empty catalogue in memory."""
     driver = open_sqlite("file::memory:")
-    driver.add_functions()
+    add_word_functions(driver)
     with make_engine(lambda: driver, "BEGIN", StaticPool).begin() as connection:
         _create(connection)
     return driver

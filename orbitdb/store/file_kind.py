@@ -7,17 +7,9 @@ from pathlib import Path
 
 from orbitdb.errors import StoreError
 from orbitdb.store import tables as t
-from orbitdb.store.connection import Driver, open_sqlite, uri_of
-from orbitdb.store.engines import (
-    plain_errors,
-)
-from orbitdb.store.journal import (
-    journal_size,
-    refuse_foreign_journal,
-)
-from orbitdb.store.paths import (
-    absolute_path,
-)
+from orbitdb.store.journal import refuse_foreign_journal
+from orbitdb.store.paths import absolute_path, journal_size
+from orbitdb.store.sqlite import Driver, open_sqlite, plain_errors, uri_of
 from orbitdb.text import quoted
 
 

@@ -17,19 +17,8 @@ import sqlalchemy as sa
 
 from orbitdb.errors import StoreError
 from orbitdb.store import tables as t
-from orbitdb.store.connection import DATABASE_ERRORS, Driver, Run, open_sqlite, uri_of
-from orbitdb.store.paths import FileId, file_id
-
-
-def journal_files(path: Path) -> tuple[Path, Path]:
-    """Return the paths of a file's journal and of the journal's index."""
-    real = Path(os.path.realpath(path))
-    return real.with_name(real.name + "-wal"), real.with_name(real.name + "-shm")
-
-
-def journal_ids(path: Path) -> dict[Path, FileId | None]:
-    """Return the identities of a file's journal and of the journal's index."""
-    return {part: file_id(part) for part in journal_files(path)}
+from orbitdb.store.paths import FileId, file_id, journal_files, journal_size
+from orbitdb.store.sqlite import DATABASE_ERRORS, Driver, Run, open_sqlite, uri_of
 
 
 def remove_journal_of(
@@ -77,12 +66,6 @@ def count_transaction(connection: sa.Connection, run: int | None = None) -> None
     """Count a transaction in the row of a run, by default of the last one."""
     own = run or sa.select(sa.func.max(t.run.c.id)).scalar_subquery()
     connection.execute(sa.update(t.run).where(t.run.c.id == own).values(commits=t.run.c.commits + 1))
-
-
-def journal_size(path: Path) -> int:
-    """Return the size in bytes of a file's journal; 0 if it has none."""
-    journal = file_id(journal_files(path)[0])
-    return journal.size if journal else 0
 
 
 def last_run(driver: Driver) -> Run | None:

@@ -86,6 +86,23 @@ def file_id(path: Path) -> FileId | None:
     return FileId(status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
 
 
+def journal_files(path: Path) -> tuple[Path, Path]:
+    """Return the paths of a file's journal and of the journal's index, which lie beside the file itself."""
+    real = Path(os.path.realpath(path)) if path.is_symlink() else path
+    return real.with_name(real.name + "-wal"), real.with_name(real.name + "-shm")
+
+
+def journal_ids(path: Path) -> dict[Path, FileId | None]:
+    """Return the identities of a file's journal and of the journal's index."""
+    return {part: file_id(part) for part in journal_files(path)}
+
+
+def journal_size(path: Path) -> int:
+    """Return the size in bytes of a file's journal; 0 if it has none."""
+    journal = file_id(journal_files(path)[0])
+    return journal.size if journal else 0
+
+
 def check_same_file(path: Path, opened: FileId | None, message: str) -> None:
     """Raise `StoreError` if the opened file was replaced or deleted; `message` ends the error message."""
     now = file_id(path)

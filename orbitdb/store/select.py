@@ -25,9 +25,9 @@ from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store import views
-from orbitdb.store.connection import cursor_of, driver_of, never
 from orbitdb.store.lives import NEAR
 from orbitdb.store.selection import Selection, SelectionError, unknown_column
+from orbitdb.store.sqlite import cursor_of, driver_of, never
 from orbitdb.store.where import CancelledError, Patience, check, expression, watched
 from orbitdb.symbols.symmetry import (
     ELEMENT_OF,

@@ -11,7 +11,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy_bounds.bounds import BALLS, DOUBLES, EntropyBounds
 from orbitdb.errors import InputError
 from orbitdb.store import tables as t
-from orbitdb.store.connection import cursor_of
+from orbitdb.store.sqlite import cursor_of
 
 if TYPE_CHECKING:
     from orbitdb.quantum.exact_levels import LevelWindow

@@ -14,19 +14,19 @@ from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple
 
 from sqlalchemy import BindParameter, Connection, TextClause, bindparam, text
-from sqlalchemy.exc import StatementError
 
 from orbitdb.columns import EVERY
 from orbitdb.store import tables as t
-from orbitdb.store.connection import (
-    STEPS_BETWEEN_SIGNALS,
-    Driver,
-    driver_of,
-    never,
-    original,
-)
 from orbitdb.store.file import open_empty
 from orbitdb.store.selection import SelectionError, plain_values
+from orbitdb.store.sqlite import (
+    STEPS_BETWEEN_SIGNALS,
+    Driver,
+    add_word_functions,
+    driver_of,
+    never,
+    of_file,
+)
 from orbitdb.store.views import CLASS_COLUMNS, VIEWS, WORD_COLUMNS
 from orbitdb.symbols.words import SYMBOLS
 from orbitdb.text import guess, line, real, shortened
@@ -98,24 +98,33 @@ def watched(
     the query is cancelled, `KeyboardInterrupt` on Ctrl-C, and a `SelectionError` about the `sql` for any
     other error.
     """
-    driver.refusal = ""
+    driver.failure = None
     driver.set_progress_handler(patience.look, STEPS_BETWEEN_LOOKS)
     try:
         yield
-    except (sqlite3.Error, sqlite3.Warning, StatementError, ValueError, OverflowError) as wrapped:
-        error = original(wrapped)
+    except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
         if patience.reason == _CANCELLED:
             raise CancelledError from error
-        reason = patience.reason or driver.refusal
-        code = getattr(error, "sqlite_errorcode", None)
-        if not reason and (code in _STOPPED or str(error).startswith(_FAILED)):
+        reason = patience.reason or _told(driver)
+        if not reason and _was_signal(error):
             raise KeyboardInterrupt from error
-        if sql is None or isinstance(error, SelectionError):
+        if sql is None or isinstance(error, SelectionError) or (not reason and of_file(error)):
             raise
         raise SelectionError(_refusal(sql, reason or str(error), what)) from error
     finally:
         with suppress(sqlite3.ProgrammingError):  # closed by SQLAlchemy after Ctrl-C
             driver.set_progress_handler(never, STEPS_BETWEEN_SIGNALS)
+
+
+def _told(driver: Driver) -> str:
+    """Return why a function of words failed, which SQLite does not say."""
+    return str(driver.failure or "")
+
+
+def _was_signal(error: Exception) -> bool:
+    """Tell whether a signal made SQLite fail, because Python raised it where SQLite calls Python."""
+    stopped = getattr(error, "sqlite_errorcode", None) in _STOPPED
+    return stopped or str(error).startswith(_FAILED)
 
 
 # expressions
@@ -211,7 +220,7 @@ def _stage() -> Driver:
         stage.execute("DROP VIEW catalogue")
         stage.execute(f"CREATE TABLE catalogue ({', '.join(_COLUMNS)}, PRIMARY KEY (a)) WITHOUT ROWID")
         stage.execute("INSERT INTO catalogue (a) VALUES (0)")  # or constants would not be evaluated
-        stage.add_functions(strict=True)
+        add_word_functions(stage, strict=True)
         stage.execute("SELECT 1 FROM json_each('[]'), json_tree('[]')")  # at first use, SQLite registers them
         _kept.stage = stage
     return stage

@@ -15,18 +15,11 @@ from sqlalchemy.pool import StaticPool
 from orbitdb import __version__
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.store import tables as t
-from orbitdb.store.connection import Driver
-from orbitdb.store.engines import make_engine, open_to_write, plain_errors
-from orbitdb.store.file import reading
+from orbitdb.store.file import open_to_write, reading
 from orbitdb.store.file_kind import need_newest
-from orbitdb.store.journal import (
-    JOURNAL_LIMIT,
-    checkpoint,
-    count_transaction,
-    journal_ids,
-    remove_journal_of,
-)
-from orbitdb.store.paths import FileId, absolute_path, check_same_file, file_id
+from orbitdb.store.journal import JOURNAL_LIMIT, checkpoint, count_transaction, remove_journal_of
+from orbitdb.store.paths import FileId, absolute_path, check_same_file, file_id, journal_ids
+from orbitdb.store.sqlite import Driver, make_engine, plain_errors
 
 
 class Writer:
@@ -105,7 +98,7 @@ class Writer:
         """
         moved = False
         if self._journal and not self._interrupted:  # or the interrupted statement may still have the lock
-            with suppress(sqlite3.Error, sa.exc.DBAPIError):
+            with suppress(sqlite3.Error):
                 checkpoint(self._engine, self._drivers[-1])
                 moved = True
         self._engine.dispose()

@@ -210,7 +210,7 @@ def test_windows_of_impossible_length_are_refused(empty, edges):
 
 
 def test_a_simulation_whose_result_cannot_be_stored_does_not_begin(empty, monkeypatch):
-    monkeypatch.setattr("orbitdb.store.connection.BUSY_TIMEOUT", 0.01)
+    monkeypatch.setattr("orbitdb.store.sqlite.BUSY_TIMEOUT", 0.01)
 
     def began(done, total, text):
         raise AssertionError("it began")

@@ -15,11 +15,13 @@ from sqlalchemy.pool import StaticPool
 from there import there
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.store import connection as connections
+from orbitdb.store import sqlite
 from orbitdb.store.cursors import OvertakenError
-from orbitdb.store.engines import make_engine, open_to_write
+from orbitdb.store.file import open_to_write
 from orbitdb.store.file_kind import check_file
-from orbitdb.store.journal import checkpoint, journal_files
+from orbitdb.store.journal import checkpoint
+from orbitdb.store.paths import journal_files
+from orbitdb.store.sqlite import make_engine
 from orbitdb.store.tables import SCHEMA_VERSION
 from orbitdb.store.writer import Writer
 
@@ -32,8 +34,7 @@ IMPATIENT = [
     sys.executable,
     "-P",
     "-c",
-    "from orbitdb.store import connection; connection.BUSY_TIMEOUT = 0.05;"
-    "from orbitdb.cli.main import run; run()",
+    "from orbitdb.store import sqlite; sqlite.BUSY_TIMEOUT = 0.05;from orbitdb.cli.main import run; run()",
 ]
 
 
@@ -102,8 +103,8 @@ def test_changing_the_journal_mode_waits_for_a_lock(filled, monkeypatch):
             waits.append(seconds)
             other.execute("ROLLBACK")
 
-        monkeypatch.setattr(connections, "time", SimpleNamespace(monotonic=time.monotonic, sleep=sleep))
-        monkeypatch.setattr(connections, "BUSY_TIMEOUT", 0.5)
+        monkeypatch.setattr(sqlite, "time", SimpleNamespace(monotonic=time.monotonic, sleep=sleep))
+        monkeypatch.setattr(sqlite, "BUSY_TIMEOUT", 0.5)
         writer = Writer(filled, {"command": "test"})
         with writer.writing() as connection:
             assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"

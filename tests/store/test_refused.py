@@ -13,8 +13,8 @@ from orbitdb import Catalogue, Stadium, solve_word
 from orbitdb.display import load
 from orbitdb.errors import InputError
 from orbitdb.orbits.solve import solve
-from orbitdb.store.engines import plain_errors
 from orbitdb.store.selection import Selection, SelectionError, parse_bound, parse_bounds
+from orbitdb.store.sqlite import plain_errors
 from orbitdb.store.where import check
 from orbitdb.symbols.words import from_strings
 

@@ -57,7 +57,7 @@ async def test_the_first_key_goes_into_the_field_of_periods(tmp_path):
 @pytest.mark.slow
 async def test_failures_are_reported_and_the_screen_keeps_working(filled, tmp_path, monkeypatch):
     """The failures are an export into a missing folder, and a fill while another process holds the lock."""
-    monkeypatch.setattr("orbitdb.store.connection.BUSY_TIMEOUT", 0.1)
+    monkeypatch.setattr("orbitdb.store.sqlite.BUSY_TIMEOUT", 0.1)
     nowhere = tmp_path / "none" / "rows.csv"
 
     with closing(sqlite3.connect(filled, isolation_level=None)) as other:

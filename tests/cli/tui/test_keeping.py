@@ -12,8 +12,8 @@ from orbitdb.cli.tui.panels import filter_bar
 from orbitdb.cli.tui.stored import SHOWABLE, USUAL, Kept, Ordering, State
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
+from orbitdb.store.sqlite import never
 
 
 def heading(app):

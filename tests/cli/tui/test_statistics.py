@@ -19,8 +19,8 @@ from orbitdb.cli.tui.counts_screen import DRAWN, Count, CountsScreen
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.stored import Ordering
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
+from orbitdb.store.sqlite import never
 from orbitdb.store.storing import keep_reference
 from orbitdb.store.writer import Writer
 from orbitdb.symbols.pruning import count_admissible, count_primitive

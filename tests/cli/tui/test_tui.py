@@ -25,8 +25,8 @@ from orbitdb.cli.tui.stored import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_word
 from orbitdb.orbits.status import Status
-from orbitdb.store.connection import never
 from orbitdb.store.selection import Selection
+from orbitdb.store.sqlite import never
 from orbitdb.symbols.words import parse, primitive_root
 
 
