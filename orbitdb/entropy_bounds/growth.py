@@ -27,7 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Indices, Marks, Masks
-from orbitdb.entropy_bounds.windows import LETTERS, MAY_FOLLOW, MIRROR, SIGN, Letters, X, reverse
+from orbitdb.entropy_bounds.windows import MIRROR, SIGN, Letters, reverse
+from orbitdb.symbols.edges import LETTERS, MAY_FOLLOW, X
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array  # slow to import

@@ -1,10 +1,7 @@
 """Edge words, and windows: finite edge words with a marked junction, treated as chains of legs.
 
-An edge word has one letter for each edge of a path. U and D are edges of a run that goes up or down. X is a
-leg without walls. a and b lead from a run to the top or bottom wall, A and B from the top or bottom wall to a
-run, w from top to bottom, and v from bottom to top. The letters do not name the semicircle, which changes
-with every leg. An edge word thus represents two codes, which are mirror images, and the numbers of words and
-codes grow at the same rate.
+An edge word has one letter for each edge of a path (`orbitdb.symbols.edges`), without the semicircle. It thus
+represents two codes, which are mirror images, and the numbers of words and codes grow at the same rate.
 
 The mark is where a run ends and a leg begins. A junction where a leg ends and a run begins becomes such a
 junction if the word is reversed, so, with the mirror, it suffices to start from six windows
@@ -20,26 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Batch, Floats, Indices, Marks
+from orbitdb.symbols.edges import ENDS_LEG, LETTERS, MAY_FOLLOW, TO_BOTTOM, TO_TOP, D, U, X
 
 Letters = NDArray[np.uint8]
-
-LETTERS = "UDXabwvAB"
-U, D, X, TO_TOP, TO_BOTTOM, DOWN_LEG, UP_LEG, FROM_TOP, FROM_BOTTOM = range(len(LETTERS))
-
-WAYS = {
-    "U": "UXab", "D": "DXba", "X": "UDXab", "A": "UDXab", "B": "DUXba",
-    "a": "wA", "v": "wA", "b": "vB", "w": "vB",
-}  # fmt: skip
-"""The letters that may follow each letter."""
 
 
 def letters_of(text: str) -> Letters:
     """Return the letters of an edge word, shape (L,)."""
     return np.array([LETTERS.index(letter) for letter in text], dtype=np.uint8)
 
-
-MAY_FOLLOW = np.array([[after in WAYS[before] for after in LETTERS] for before in LETTERS])
-"""MAY_FOLLOW[x, y] tells whether letter y may follow letter x, which expresses all the geometric rules."""
 
 MIRROR = letters_of("DUXbavwBA")
 """The letter of each edge when the stadium is turned upside down."""
@@ -49,7 +35,6 @@ REVERSAL = letters_of("DUXABvwab")
 
 IN_RUN = np.isin(np.arange(9), (U, D))
 STARTS_LEG = np.isin(np.arange(9), (X, TO_TOP, TO_BOTTOM))
-ENDS_LEG = np.isin(np.arange(9), (X, FROM_TOP, FROM_BOTTOM))
 SIGN = np.array([1, -1, 0, 1, -1, 1, -1, 1, -1], dtype=np.int8)
 """Sign of each letter, which the mirror reverses; 0 for X. For a, b, A, B: +1 top, -1 bottom."""
 

@@ -17,8 +17,8 @@ from orbitdb.progress import Tell
 from orbitdb.store.cursors import Cursor, OvertakenError, hold, keep, move
 from orbitdb.store.tables import DONE
 from orbitdb.store.writer import Writer
+from orbitdb.symbols.edges import count_by_edges
 from orbitdb.symbols.enumeration import Span
-from orbitdb.symbols.pruning import count_admissible
 
 if TYPE_CHECKING:
     from orbitdb.store.sqlite import Connection
@@ -39,8 +39,8 @@ class PeriodJob(ABC):
         self.writer = writer
 
     def total(self, p: int) -> int:
-        """Return the number of words that a period must have in the end."""
-        return count_admissible(p)
+        """Return the number of words that a period must have in the end, by an independent count."""
+        return count_by_edges(p)
 
     @abstractmethod
     def open(self, connection: "Connection", p: int) -> Cursor:

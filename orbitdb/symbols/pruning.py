@@ -168,7 +168,7 @@ _NO_RIGHT, _NO_LEFT = (0, 1, 2, 4), (0, 2, 3, 5)
 
 def count_primitive(p: int) -> int:
     """Count all primitive cyclic words of period p over 6 symbols (Moreau's formula)."""
-    return _count_cycles(p, lambda n: 6**n)
+    return count_cycles(p, lambda n: 6**n)
 
 
 def count_admissible(p: int, rules: frozenset[int] = RULE_NUMBERS) -> int:
@@ -176,7 +176,7 @@ def count_admissible(p: int, rules: frozenset[int] = RULE_NUMBERS) -> int:
 
     With all rules, the default, this is the paper's N_t(p).
     """
-    return _count_cycles(p, lambda n: _count_rooted(n, rules))
+    return count_cycles(p, lambda n: _count_rooted(n, rules))
 
 
 def count_pruned(p: int) -> int:
@@ -184,8 +184,8 @@ def count_pruned(p: int) -> int:
     return count_primitive(p) - count_admissible(p) - (p == len(FAMILY))
 
 
-def _count_cycles(p: int, rooted: Callable[[int], int]) -> int:
-    """Return the number of primitive cyclic words of period p, from a function that counts closed walks."""
+def count_cycles(p: int, rooted: Callable[[int], int]) -> int:
+    """Return the number of primitive cyclic words of period p, given the number of rooted words by length."""
     primitive: dict[int, int] = {}  # number of closed walks that do not repeat a shorter one, by length
     for n in (d for d in range(1, p + 1) if p % d == 0):
         primitive[n] = rooted(n) - sum(count for d, count in primitive.items() if n % d == 0)

@@ -22,7 +22,7 @@ from orbitdb.orbits.newton import newton
 from orbitdb.store.lives import counts_at
 from orbitdb.store.periods import BirthFill, count_births, read_birth_fills
 from orbitdb.store.tables import BORN, DIED, DONE
-from orbitdb.symbols.pruning import count_admissible
+from orbitdb.symbols.edges import count_by_edges
 from orbitdb.symbols.words import from_strings
 from orbitdb.text import format_float, shortened
 from orbitdb.verification.checks import LISTED, Block, Check, Part, Scope, blocks, differences
@@ -109,7 +109,7 @@ def _wrong_events(rows: Sequence[ChangeRow]) -> Iterator[str]:
 
 def _wrong_counts(scope: Scope, fill: BirthFill) -> Iterator[str]:
     counts = count_births(scope.connection, fill.p)
-    stored, expected = {"words": counts["words"]}, {"words": count_admissible(fill.p)}
+    stored, expected = {"words": counts["words"]}, {"words": count_by_edges(fill.p)}
     for fault in differences(vars(fill) | stored, counts | expected):
         yield f"p = {fill.p}: {fault}"
 

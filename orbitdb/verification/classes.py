@@ -2,7 +2,7 @@
 
 The row of a class or a pruned word, including its id, must follow from its word alone. The id is the key of
 the representative, so no class is stored twice, and no word belongs to two classes. The classes of a period
-are complete if they contain as many words as the transfer matrix says.
+are complete if they contain as many words as an independent count says (`orbitdb.symbols.edges`).
 """
 
 from collections import defaultdict
@@ -21,6 +21,7 @@ from orbitdb.store.periods import (
 )
 from orbitdb.store.tables import DONE, LONG, TABLES
 from orbitdb.symbols import symmetry
+from orbitdb.symbols.edges import count_by_edges
 from orbitdb.symbols.pruning import FAMILY, count_admissible, count_pruned, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import joined_members, joined_words
 from orbitdb.symbols.words import (
@@ -61,7 +62,7 @@ def counts(scope: Scope) -> Iterator[Check]:
     for p in sorted(whole | stored.keys()):
         if scope.chooses(p):
             words = stored[p][1]
-            expected = count_admissible(p) if p in whole else words
+            expected = count_by_edges(p) if p in whole else words
             first = f"p = {p}: {words} words instead of {expected}" if words != expected else None
             yield Check("counts", words, abs(words - expected), first=first)
     chosen = {selection.a: selection for selection in scope.selections}
@@ -92,7 +93,7 @@ def _wrong_counts(
     row: Mapping[str, Any], statuses: Mapping[str, tuple[int, int]], classes: int
 ) -> Iterator[str]:
     """Yield the wrong counts of a filled period, given its numbers of words and classes by status."""
-    expected = counts_when_done(row["p"], statuses) | {"words": count_admissible(row["p"])}
+    expected = counts_when_done(row["p"], statuses) | {"words": count_by_edges(row["p"])}
     yield from differences(row, expected)
     solved = sum(count for _, count in statuses.values())
     if solved != classes:

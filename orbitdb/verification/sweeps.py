@@ -13,8 +13,8 @@ from orbitdb.orbits.status import Status
 from orbitdb.store.lives import counts_at
 from orbitdb.store.periods import Sweep, read_birth_fills, read_sweeps
 from orbitdb.store.tables import DONE
+from orbitdb.symbols.edges import count_by_edges
 from orbitdb.symbols.enumeration import Span, all_least_words
-from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import unpack
 from orbitdb.text import format_float
@@ -51,7 +51,7 @@ def check_sweeps(scope: Scope) -> Iterator[Check]:
 
 def _wrong_tally(sweep: Sweep, others: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Yield the counts that disagree with the transfer matrix, or with other counts of the period."""
-    if sweep.tally.words != (total := count_admissible(sweep.p)):
+    if sweep.tally.words != (total := count_by_edges(sweep.p)):
         yield f"{sweep.tally.words} words instead of {total}"
     for counts in others:
         names = ("n_c", "classes", "boundary", "unresolved")

@@ -18,7 +18,6 @@ from orbitdb.entropy_bounds.bounds import FORBIDDEN, UNDECIDED, search
 from orbitdb.entropy_bounds.growth import TOLERANCE, automaton, growth
 from orbitdb.entropy_bounds.verdicts import Verdict, decide
 from orbitdb.entropy_bounds.windows import (
-    MAY_FOLLOW,
     MIRROR,
     Windows,
     extended,
@@ -29,6 +28,7 @@ from orbitdb.entropy_bounds.windows import (
 )
 from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
+from orbitdb.symbols.edges import MAY_FOLLOW
 
 EDGE_WORDS = np.array(
     [word for word in product(range(9), repeat=5) if all(MAY_FOLLOW[x, y] for x, y in pairwise(word))],

@@ -17,17 +17,16 @@ from orbitdb.entropy_bounds import verdicts
 from orbitdb.entropy_bounds.verdicts import Verdict, corner, decide, solve_corner
 from orbitdb.entropy_bounds.windows import (
     IN_RUN,
-    MAY_FOLLOW,
     MIRROR,
     REVERSAL,
     STARTS_LEG,
     Windows,
-    X,
     geometric_entropy,
     open_chains,
     reverse,
 )
 from orbitdb.orbits.newton import newton
+from orbitdb.symbols.edges import MAY_FOLLOW, X
 from orbitdb.symbols.words import from_strings, least_rotation, primitive_root, to_strings
 
 

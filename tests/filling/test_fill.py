@@ -16,6 +16,7 @@ from orbitdb.filling.fill import fill_births, fill_geometric, fill_periods, fill
 from orbitdb.orbits.status import Status
 from orbitdb.store.file import migrate
 from orbitdb.store.selection import Selection
+from orbitdb.symbols import pruning
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 
 
@@ -152,6 +153,29 @@ def test_a_geometric_fill_goes_through_all_words_of_a_period(tmp_path):
     done = [step.words for step in steps]
     assert done == sorted(set(done))
     assert done[-1] == steps[-1].total == count_primitive(8) - count_admissible(8)
+
+
+def test_a_slip_in_the_rules_is_noticed_by_the_fill_itself(tmp_path, monkeypatch):
+    """Here legs with one wall are forbidden, in the enumeration and in the counts by rules alike."""
+    follow, cached = pruning._follow, (pruning.automaton, pruning._closed_walks)
+
+    def slip(state, symbol):
+        new, broken = follow(state, symbol)
+        return new, broken | ({4} if state.walls == 1 and new.walls == 0 else set())
+
+    path = tmp_path / "orbits.db"
+    migrate(path)
+    try:
+        monkeypatch.setattr(pruning, "_follow", slip)
+        for each in cached:
+            each.cache_clear()
+        assert [count_admissible(p) for p in range(2, 6)] == [1, 4, 12, 36]
+        with pytest.raises(StoreError, match="period 3 has 4 words instead of 8"):
+            fill(path, periods=range(2, 6))
+    finally:
+        monkeypatch.undo()
+        for each in cached:
+            each.cache_clear()
 
 
 def test_a_geometric_fill_that_was_stopped_does_not_count_as_complete(tmp_path, monkeypatch):

@@ -2,19 +2,8 @@
 
 import numpy as np
 
-from orbitdb.entropy_bounds.windows import (
-    DOWN_LEG,
-    ENDS_LEG,
-    FROM_TOP,
-    IN_RUN,
-    LETTERS,
-    MAY_FOLLOW,
-    STARTS_LEG,
-    D,
-    Letters,
-    Windows,
-    letters_of,
-)
+from orbitdb.entropy_bounds.windows import IN_RUN, STARTS_LEG, Letters, Windows, letters_of
+from orbitdb.symbols.edges import DOWN_LEG, ENDS_LEG, FROM_TOP, LETTERS, MAY_FOLLOW, D
 from orbitdb.symbols.words import to_strings
 
 _EDGES = np.full((6, 6), 255, dtype=np.uint8)

@@ -9,6 +9,7 @@ from quick import slow_but
 from rules import broken_by_hand
 from solutions import words_of
 
+from orbitdb.symbols.edges import count_by_edges
 from orbitdb.symbols.enumeration import Span, class_spans, least_words, primitive_spans, primitive_words
 from orbitdb.symbols.pruning import count_admissible, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import class_of, class_size
@@ -40,6 +41,10 @@ def test_counts_agree_with_brute_force_under_every_set_of_rules(p):
     for bits in range(64):
         rules = frozenset(number for number in range(1, 7) if bits >> (number - 1) & 1)
         assert count_admissible(p, rules) == sum(not (numbers & rules) for numbers in broken), rules
+
+
+def test_two_counts_that_share_nothing_agree():
+    assert [count_by_edges(p) for p in range(1, 61)] == [count_admissible(p) for p in range(1, 61)]
 
 
 def classes_in(span: Span) -> list[tuple[str, int]]:
