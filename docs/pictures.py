@@ -78,7 +78,7 @@ def deviations(folder: Path) -> str:
     means = exact_means(1.6)
     known = simulate_legs(Stadium(1.6), 20_000_000, means.growth).lambda_d
     averages = {
-        "fixed points, Eq. (5)": found.lambda_d,
+        "fixed points, Eq. (6)": found.lambda_d,
         "mean of $p - 1$ and $p$": found.lambda_d_pair,
         "zeta function": found.lambda_d_zeta,
         "sum rules, one mean less": held.lambda_l_below * Stadium(1.6).legs_per_bounce,

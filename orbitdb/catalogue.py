@@ -1453,7 +1453,8 @@ class Catalogue:
     def pruning_front(self, *, a: float | None = None) -> "PruningFront":
         """Return the pruning front of the stadium: the border of the orbits in the symbol plane.
 
-        It does not depend on what is stored. It is computed in double precision and proves nothing.
+        It does not depend on what is stored. It is computed in double precision and proves nothing. Below
+        ``a = 0.05``, it forbids some orbits, as its `notes` say.
 
         Examples
         --------

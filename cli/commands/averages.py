@@ -83,7 +83,7 @@ def lyapunov(
 ) -> None:
     """Compute the average Lyapunov exponents of the chosen orbits, by period.
 
-    lambda_d and lambda_c are the averages of the paper's eqs. (5) and (6), per bounce and per unit length.
+    lambda_d and lambda_c are the averages of the paper's eqs. (6) and (7), per bounce and per unit length.
     pair is the mean for the periods p - 1 and p. zeta comes from the zeta function truncated at p; z0 is its
     zero (1 if no orbit is missing). sum_rule averages over all orbits up to p with weights e^-lambda,
     constrained by exact means. In a table, its estimated error follows in brackets, in units of the last

@@ -84,6 +84,9 @@ class FieldOrbits(Table, Drawn):
         unless both are orbits.
     residual : ndarray, shape (N,)
         Largest violation of the law of reflection at a bounce, as a difference of cosines.
+    least_sine : ndarray, shape (N,)
+        Smallest sine of an angle between a path and the boundary at a bounce. Not a column. The residual does
+        not see a bounce along the boundary, because the cosine has its extremum there.
     periods : tuple of int
         The periods whose words are all here; empty if the words were not chosen by period alone.
     notes : tuple of str
@@ -113,6 +116,7 @@ class FieldOrbits(Table, Drawn):
     trace: Floats
     splitting: Floats
     residual: Floats
+    least_sine: Floats
     periods: tuple[int, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -250,11 +254,14 @@ def follow_word(word: str, a: float, kappa: float) -> tuple[FieldStatus, ArcPath
     return status, ArcPaths.of(stadium, words.T, followed.coordinates.T, at)
 
 
+_TANGENT = 1e-4
+"""Sine of the angle between a path and the boundary below which the residual says little about a bounce."""
+
 _NO_WORDS: dict[str, Any] = {
     name: np.zeros(
         0, {"code": np.dtypes.StringDType(), "status": np.dtypes.StringDType(), "p": np.int64}.get(name)
     )
-    for name in COLUMNS
+    for name in (*COLUMNS, "least_sine")
     if name != "a"
 }
 """The columns of no words."""
@@ -325,7 +332,12 @@ def _notes(orbits: FieldOrbits) -> Iterator[str]:
     if stable := statuses.count(FieldStatus.ELLIPTIC):
         yield (
             f"{several(stable, 'orbit is', 'orbits are')} stable (elliptic): near a stable orbit, the "
-            "averages of the paper's eqs. (5) and (6) do not hold"
+            "averages of the paper's eqs. (6) and (7) do not hold"
+        )
+    if tangent := int((orbits.least_sine < _TANGENT).sum()):
+        yield (
+            f"{several(tangent, 'row has', 'rows have')} a bounce along the boundary, sin theta < "
+            f"{_TANGENT:g}: rounding decides the status, and the residual does not see the angle"
         )
     if orbits.periods and not (
         orbits.selection.a == _CHECKED_A

@@ -194,7 +194,7 @@ def lyapunov_of_periods(
 
     A period that is not in `periods` counts as having no orbits.
 
-    Source: Biham and Kvale, eqs. (5) and (6), with the weights `Weight.EXPONENTIAL`.
+    Source: Biham and Kvale, eqs. (6) and (7), with the weights `Weight.EXPONENTIAL`.
     """
     column, p = list(Weight).index(weight), np.arange(1, highest + 1)
     sums = np.zeros((4, highest))

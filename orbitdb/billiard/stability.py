@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from orbitdb.arrays import Floats, Words
+from orbitdb.arrays import Floats, Indices, Words
 from orbitdb.billiard.legs import Derivatives, following, preceding
 from orbitdb.billiard.stadium import ANTICLOCKWISE, STRAIGHT, Stadium
 
@@ -51,6 +51,24 @@ def exponent(slopes: Derivatives) -> Floats:
     return np.where(
         doublings > 0, np.log(excess) + doublings * np.log(2.0), 2 * np.arcsinh(np.sqrt(excess) / 2)
     )
+
+
+def product_of(factors: Floats) -> tuple[Floats, Indices]:
+    """Multiply N times p matrices of 2 x 2, shape (2, 2, p, N), each later one from the left.
+
+    Returns the products, shape (2, 2, N), and the powers of two taken out of them, shape (N,), so that words
+    of any length stay in range. `exponent` does not use it, because tr M - 2 would cancel.
+    """
+    product = factors[:, :, 0]
+    doublings = np.zeros(product.shape[-1], np.int64)
+    for n in range(1, factors.shape[2]):
+        product = np.einsum("ijn,jkn->ikn", factors[:, :, n], product)
+        size = np.abs(product).max(axis=(0, 1))
+        if (large := size > _LARGE).any():
+            power = np.where(large, np.frexp(size)[1], 0)
+            product = np.ldexp(product, -power)
+            doublings += power
+    return product, doublings
 
 
 def bounce_matrices(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:
@@ -122,7 +140,7 @@ def forces(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:
     """Return the violation of the law of reflection at each bounce of a closed path, shape (N, p).
 
     It is cos theta_in - cos theta_out, the derivative of the length with respect to the coordinate of the
-    bounce. Its modulus is the force in Biham and Kvale, eq. (2).
+    bounce. Its modulus is the force in Biham and Kvale, eq. (2), and the sum of its squares is V in eq. (1).
     """
     links = Links.of(stadium, words, coordinates)
     return links.cos_in - links.cos_out

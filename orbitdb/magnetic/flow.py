@@ -9,6 +9,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats, Marks, Words
 from orbitdb.billiard.legs import following, preceding
+from orbitdb.billiard.stability import product_of
 from orbitdb.billiard.stadium import ANTICLOCKWISE, HALF_PI, STRAIGHT, Stadium
 from orbitdb.magnetic.action import ArcPaths, stretch
 
@@ -17,8 +18,6 @@ AT_JOINT = 1e-9
 
 _OUTSIDE = 1e-11
 """An arc leaves through a wall if it is outside by more than this; less is rounding (radius)."""
-
-_LARGE = 1e120
 
 
 def at_joints(stadium: Stadium, symbols: Words, places: Floats) -> Marks:
@@ -71,16 +70,7 @@ def stability(symbols: Words, paths: ArcPaths) -> tuple[Floats, Floats]:
 
     Lambda is 0 for an elliptic orbit, |tr M| <= 2. Traces beyond the range of doubles are infinite.
     """
-    factors = bounce_factors(symbols, paths)
-    product = factors[:, :, 0]
-    doublings = np.zeros(product.shape[-1], np.int64)
-    for n in range(1, factors.shape[2]):
-        product = np.einsum("ijn,jkn->ikn", factors[:, :, n], product)
-        size = np.abs(product).max(axis=(0, 1))
-        if (large := size > _LARGE).any():
-            power = np.where(large, np.frexp(size)[1], 0)
-            product = np.ldexp(product, -power)
-            doublings += power
+    product, doublings = product_of(bounce_factors(symbols, paths))
     trace = product[0, 0] + product[1, 1]
     half = np.maximum(np.abs(trace) / 2, 1.0)
     of_large = np.log(2 * half) + doublings * np.log(2.0)

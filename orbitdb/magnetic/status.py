@@ -41,6 +41,7 @@ class FieldNumbers(Batch):
     lyapunov: Floats  # lambda of one traversal; 0 for an elliptic orbit
     trace: Floats  # of the monodromy matrix
     residual: Floats  # largest violation of the law of reflection, as a difference of cosines
+    least_sine: Floats  # smallest sin theta of a bounce, whatever the status; NaN if it could not be followed
 
 
 def measure(stadium: Stadium, words: Words, followed: FollowedWords, kappa: Floats) -> FieldNumbers:
@@ -55,6 +56,8 @@ def measure(stadium: Stadium, words: Words, followed: FollowedWords, kappa: Floa
         FieldStatus.ELLIPTIC: np.abs(trace) < 2,
     }
     status = np.select([*cases.values()], [each.value for each in cases], FieldStatus.ORBIT.value)
-    numbers = paths.actions, paths.lengths, paths.areas, lyapunov, trace, followed.residual
     exists = np.isin(status, IN_FIELD)
-    return FieldNumbers(status, *(np.where(exists, values, np.nan) for values in numbers))
+    numbers = [paths.actions, paths.lengths, paths.areas, lyapunov, trace, followed.residual]
+    numbers = [np.where(exists, values, np.nan) for values in numbers]
+    numbers.append(np.sqrt(1 - np.minimum(np.abs(paths.outgoing), 1) ** 2).min(axis=0))
+    return FieldNumbers(status, *numbers)

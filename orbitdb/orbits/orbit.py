@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import reduce
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -217,7 +216,8 @@ class Orbit(Drawn):
         decay = math.exp(-repetitions * self.lyapunov)  # the root is exp(r lambda / 2) (1 -+ decay)
         root = 1 + decay if repetitions * self.walls % 2 else 1 - decay
         phase = repetitions * (k * self.length - self.maslov * math.pi / 2)
-        return self.length * math.sqrt(decay) * math.cos(phase) / (math.pi * root)
+        shrunk = math.exp(-repetitions * self.lyapunov / 2)  # the decay itself may be too small for a double
+        return self.length * shrunk * math.cos(phase) / (math.pi * root)
 
     @property
     def points(self) -> Floats | None:
@@ -260,19 +260,23 @@ class Orbit(Drawn):
         """Monodromy matrix of (d theta, d y), starting just after the last bounce, shape (2, 2), or None.
 
         It is the product of the matrices of Biham and Kvale, eqs. (3) and (4), as corrected in
-        `orbitdb.billiard.stability`. Its entries lose digits as lambda grows; `trace` does not.
+        `orbitdb.billiard.stability`. Its entries lose digits as lambda grows; `trace` does not. Beyond the
+        range of doubles, lambda > 709, both are infinite.
         """
         if self.coordinates is None:
             return None
         factors = stability.bounce_matrices(Stadium(self.a), from_strings([self.code]), self._one_row())[0]
-        return reduce(lambda done, factor: factor @ done, factors)
+        product, doublings = stability.product_of(factors.transpose(1, 2, 0)[..., None])
+        with np.errstate(over="ignore"):
+            return np.ldexp(product, doublings)[..., 0]
 
     @property
     def trace(self) -> float | None:
         """Trace of the monodromy matrix, with modulus 2 cosh(lambda), negative if `walls` is odd."""
         if self.lyapunov is None:
             return None
-        return float(np.exp(self.lyapunov) + np.exp(-self.lyapunov)) * (-1.0) ** self.walls
+        with np.errstate(over="ignore"):
+            return float(np.exp(self.lyapunov) + np.exp(-self.lyapunov)) * (-1.0) ** self.walls
 
     @property
     def area_slope(self) -> float | None:

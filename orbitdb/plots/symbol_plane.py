@@ -97,7 +97,7 @@ def symbol_plane(catalogue: "Catalogue", *chosen: Selection) -> Picture:
     if not total:
         raise nothing(catalogue, shown)
     front, points = PruningFront(shown.a), _points(catalogue.select(shown))
-    with figure(*_size(), shown.describe(), gaps(catalogue, shown)) as made:
+    with figure(*_size(), shown.describe(), [*gaps(catalogue, shown), *front.notes]) as made:
         for ax, each in zip(_two_planes(made), (front.walls, front.semicircles), strict=True):
             draw_plane(ax, each)
             draw_points(ax, each, Points(*(part[points.curved == each.curved] for part in points)))
@@ -120,10 +120,12 @@ def _fronts(chosen: Sequence[Selection]) -> Picture:
     if any(replace(each, statuses=()) != Selection(each.a) for each in chosen):
         raise InputError("several a show the fronts alone: leave out the options that choose words")
     title = f"pruning fronts at a = {', '.join(format_float(each.a) for each in chosen)}"
-    with figure(*_size(), title) as made:
+    fronts = [PruningFront(each.a) for each in chosen]
+    notes = dict.fromkeys(note for front in fronts for note in front.notes)
+    with figure(*_size(), title, notes) as made:
         first, second = _two_planes(made)
-        for each, colour in zip(chosen, cycle(INKS.values()), strict=False):
-            front, label = PruningFront(each.a), f"$a = {format_float(each.a)}$"
+        for front, colour in zip(fronts, cycle(INKS.values()), strict=False):
+            label = f"$a = {format_float(front.stadium.a)}$"
             _draw_front(first, front.walls, colour, label)
             _draw_front(second, front.semicircles, colour, label)
         for ax, curved in ((first, False), (second, True)):

@@ -32,6 +32,8 @@ def bounce(rays: Rays, a: float) -> Bounce:
 
     Because the stadium is convex, a path hits the straight wall ahead if it reaches the height of the wall at
     an x in (-a, a). Otherwise it hits the semicircle on the side of this x.
+
+    Source: this is the map F of Biham and Kvale, eq. (5).
     """
     x, y, vx, vy = rays.x, rays.y, rays.vx, rays.vy
     wall = np.copysign(1.0, vy)

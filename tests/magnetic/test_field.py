@@ -129,6 +129,21 @@ def test_the_elliptic_window_of_a_whispering_orbit(catalogue, k):
     assert (np.abs(orbits.trace[2:7]) < 2).all()
 
 
+@pytest.mark.parametrize("a", [1.0, 1.6, 3.0])
+def test_the_shortest_whispering_orbit_becomes_stable_where_theory_says(catalogue, a):
+    onset = 2 / ((1 + a) ** 2 + 1)
+    before, after = catalogue.field([onset * (1 - 1e-9), onset * (1 + 1e-9)], words="0123", a=a).status
+    assert (before, after) == ("orbit", "elliptic")
+
+
+def test_a_bounce_along_the_boundary_is_said(catalogue):
+    """The residual of 01023 is small there, but says nothing about the angle."""
+    assert not any("along" in note for note in catalogue.field(0.0995, words="01023", a=5).notes)
+    orbits = catalogue.field(0.1, words="01023", a=5)
+    assert orbits.least_sine[0] < 1e-4
+    assert any("1 row has a bounce along the boundary" in note for note in orbits.notes)
+
+
 def test_a_word_that_cannot_be_followed_is_unresolved_not_absent(catalogue):
     orbits = catalogue.field(0.05, p=8, a=0.5)
     assert len(orbits) == len(words_of(8))

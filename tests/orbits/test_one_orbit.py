@@ -1,6 +1,7 @@
 """A single orbit in Python: its matrix, its images, its repr, and numbers that are recognised."""
 
 import math
+import warnings
 
 import numpy as np
 import pytest
@@ -130,3 +131,19 @@ def test_all_words_that_cannot_be_read_are_named_at_once_or_left_out(errors):
     assert said.endswith("; and words 8, 9")
     with pytest.raises(InputError, match="errors = 'ignore': use raise or skip"):
         solve(words, 1.6, errors="ignore")
+
+
+def test_beyond_the_range_of_doubles_numbers_are_infinite_and_amplitudes_still_right():
+    """Lambda is linear in the number of repetitions of a part, which gives the amplitude by logarithms."""
+    long = solve_word("(0123)^300 0103", 1.6)
+    lyapunov, length, maslov = there(long.lyapunov), there(long.length), there(long.maslov)
+    assert lyapunov > 745
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert abs(there(long.trace)) == math.inf
+        assert np.isinf(there(long.monodromy)).all()
+        amplitude = there(long.amplitude(10.0))
+    phase = math.cos(10 * length - maslov * math.pi / 2)
+    logarithm = math.log(length / math.pi) - lyapunov / 2 + math.log(abs(phase))
+    assert amplitude != 0
+    assert math.log(abs(amplitude)) == pytest.approx(logarithm, abs=1e-9)

@@ -14,6 +14,7 @@ from orbitdb import Catalogue, PruningFront, Stadium, solve, symbol_plane
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.symbols.enumeration import representatives
 from orbitdb.symbols.plane import ordinate
+from orbitdb.symbols.words import to_strings
 from orbitdb.trajectories.pruning_front import letters
 from orbitdb.trajectories.rays import Rays
 
@@ -166,6 +167,14 @@ def test_geometric_pruning_is_the_limit_of_long_stadiums():
         assert not front.below(beyond, beyond[::-1]).any()
     areas = [np.trapezoid(1 - f.delta, f.gamma) for a in (0.2, 1, 5) for f in [PruningFront(a).semicircles]]
     assert areas[0] > areas[1] > areas[2] > 0.04
+
+
+@pytest.mark.parametrize(("a", "lost"), [(0.01, ["1133"]), (0.05, [])])
+def test_a_front_of_a_short_stadium_says_that_it_forbids_orbits(a, lost):
+    front, words = PruningFront(a), representatives(4)[0]
+    wrong = front.allows(words) != (solve(words, a).status == "orbit")
+    assert to_strings(words[wrong]) == lost
+    assert any("forbids some orbits" in note for note in front.notes) == bool(lost)
 
 
 def test_a_catalogue_has_the_front_of_its_stadium(filled):
