@@ -15,7 +15,7 @@ from orbitdb.cli.output import note, progress, repeats
 from orbitdb.columns import COMPUTED, IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.paths import default_path
-from orbitdb.text import format_float
+from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
@@ -27,6 +27,10 @@ COORDINATES = "coordinates"
 
 _AROUND = " \t\r\n\ufeff"
 """Characters allowed around a code, including the byte order mark of files from Windows."""
+
+
+_FEW = 3
+"""Number of words that repeat a shorter one which are named."""
 
 
 def given_codes(*given: Iterable[str] | None) -> Iterator[str]:
@@ -50,6 +54,20 @@ def primitive(code: str) -> str:
     if root != word:
         note(repeats(word, root))
     return root
+
+
+def primitive_words(codes: Iterable[str]) -> list[str]:
+    """Parse codes, as `primitive` does; if some cannot be read, raise an error that names all of these."""
+    from orbitdb.symbols.words import parse, primitive_root, read_words
+
+    words = read_words(codes, read=parse)
+    roots = [*map(primitive_root, words)]
+    repeated = [(word, root) for word, root in zip(words, roots, strict=True) if word != root]
+    for word, root in repeated[:_FEW]:
+        note(repeats(word, root))
+    if more := len(repeated[_FEW:]):
+        note(f"likewise {several(more, 'other word')}")
+    return roots
 
 
 def asked_columns(

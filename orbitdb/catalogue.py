@@ -8,7 +8,7 @@ from copy import copy
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack, overload
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import Rows
@@ -22,7 +22,7 @@ from orbitdb.store.lookup import (
     born_with,
     certificate_of,
     default_a,
-    find_word,
+    find_words,
 )
 from orbitdb.store.paths import FileId, default_path, home_expanded, network_disk
 from orbitdb.store.selection import (
@@ -34,7 +34,7 @@ from orbitdb.store.selection import (
     with_criteria,
 )
 from orbitdb.store.sqlite import Connection, never
-from orbitdb.symbols.words import WordError, is_primitive, parse, parse_primitive, primitive_root
+from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root, read_words
 
 if TYPE_CHECKING:
     import numpy as np
@@ -357,14 +357,36 @@ class Catalogue:
 
     # one word
 
-    def find(self, word: str, *, a: float | None = None) -> Orbit | None:
+    @overload
+    def find(  # type: ignore[overload-overlap]  # a text is also an iterable of texts
+        self, word: str, *, errors: str = "raise", a: float | None = None
+    ) -> Orbit | None: ...
+    @overload
+    def find(
+        self, word: Iterable[str], *, errors: str = "raise", a: float | None = None
+    ) -> list[Orbit | None]: ...
+    def find(
+        self, word: str | Iterable[str], *, errors: str = "raise", a: float | None = None
+    ) -> Orbit | list[Orbit | None] | None:
         """Return the stored orbit of a primitive word, in the given rotation, or None if it is not stored.
 
-        The word consists of symbols 0 to 5, or is in run notation; otherwise a `WordError` is raised.
+        Parameters
+        ----------
+        word : str or iterable of str
+            Symbols 0 to 5, or run notation. For several words, which are one question, it returns a list.
+        errors : str, optional
+            ``skip`` to leave out words of a list that cannot be read; by default they raise.
+
+        Raises
+        ------
+        WordError
+            If a text is not a word; of a list, all such words are named by their places.
         """
-        symbols = parse(word)
+        alone = isinstance(word, str)
+        words = read_words(as_texts("word", word), errors, parse)
         with self._reading() as connection:
-            return find_word(connection, symbols, self._at(a, connection))
+            found = find_words(connection, words, self._at(a, connection))
+        return found[0] if alone else found
 
     def __contains__(self, word: object) -> bool:
         """Tell whether a word is stored, whatever its rotation and status."""
@@ -384,21 +406,39 @@ class Catalogue:
             raise KeyError(f"{word} repeats {primitive_root(symbols)}: ask for the shorter word")
         return self.orbit(symbols)
 
-    def orbit(self, word: str, *, a: float | None = None, exists: bool = False) -> Orbit:
+    @overload
+    def orbit(  # type: ignore[overload-overlap]  # a text is also an iterable of texts
+        self, word: str, *, errors: str = "raise", a: float | None = None, exists: bool = False
+    ) -> Orbit: ...
+    @overload
+    def orbit(
+        self, word: Iterable[str], *, errors: str = "raise", a: float | None = None, exists: bool = False
+    ) -> list[Orbit]: ...
+    def orbit(
+        self,
+        word: str | Iterable[str],
+        *,
+        errors: str = "raise",
+        a: float | None = None,
+        exists: bool = False,
+    ) -> Orbit | list[Orbit]:
         """Return the orbit of a primitive word at a given ``a``, stored or solved on the spot.
 
-        With `exists`, the ranges of ``a`` in which it exists are computed if they are not stored.
+        With `exists`, the ranges of ``a`` in which it exists are computed if they are not stored. The other
+        parameters are those of `find`; for several words, it returns a list.
         """
-        symbols = parse(word)
+        words = read_words(as_texts("word", word), errors)
         with self._reading() as connection:
             at = self._at(a, connection)
-            orbit = find_word(connection, symbols, at)
-        if orbit is not None and (orbit.exists is not None or not exists):
-            return orbit
-        from orbitdb.orbits.solve import solve_word, with_existence
+            found = find_words(connection, words, at)
+        new = [each for each, orbit in zip(words, found, strict=True) if orbit is None]
+        if new or exists:
+            from orbitdb.orbits.solve import solve_words, with_existence
 
-        orbit = solve_word(parse_primitive(symbols), at) if orbit is None else orbit
-        return with_existence(orbit) if exists else orbit
+            solved = iter(solve_words(new, Stadium(at)))
+            found = [next(solved) if orbit is None else orbit for orbit in found]
+        orbits = [with_existence(orbit) if exists else orbit for orbit in found if orbit is not None]
+        return orbits[0] if isinstance(word, str) else orbits
 
     def born_with(self, orbit: Orbit) -> list[tuple[float, list[str]]]:
         """Return the stored births of an orbit, each with the classes that are born on the same path.
@@ -907,18 +947,40 @@ class Catalogue:
 
         check_room(self.path, *needed)
 
+    @overload
     def fill(
         self,
-        p: int | str | Iterable[int] | None = None,
+        p: int | str | Iterable[int],
         *,
-        words: str | Iterable[str] = (),
         jobs: int | None = 1,
         geometric: bool = False,
         method: str = "newton",
         workers: "Workers | None" = None,
         progress: Tell | None = None,
         a: float | None = None,
-    ) -> "Rows[Fill]":
+    ) -> "Rows[Fill]": ...
+    @overload
+    def fill(
+        self,
+        *,
+        code: str | Iterable[str],
+        errors: str = "raise",
+        method: str = "newton",
+        a: float | None = None,
+    ) -> list[Orbit]: ...
+    def fill(
+        self,
+        p: int | str | Iterable[int] | None = None,
+        *,
+        code: str | Iterable[str] | None = None,
+        errors: str = "raise",
+        jobs: int | None = 1,
+        geometric: bool = False,
+        method: str = "newton",
+        workers: "Workers | None" = None,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Rows[Fill] | list[Orbit]":
         """Store all words of the given periods, or the given words, with their orbits.
 
         A fill that was interrupted resumes where it stopped; finished periods are skipped.
@@ -928,8 +990,12 @@ class Catalogue:
         p : int, str or iterable of int, optional
             A single number means all periods up to it, as with ``fill --p 11``; a text such as ``"9-11"`` or
             ``"2,5"``, a list or a range means exactly these periods.
-        words : str or iterable of str, optional
-            Primitive words of any period, to store with their symmetry classes; a single text is one word.
+        code : str or iterable of str, optional
+            Instead, primitive words of any periods, to store with their symmetry classes in one transaction;
+            a single text is one word. The bouncing-ball family 02 is never stored.
+        errors : str, optional
+            ``skip`` to leave out codes that cannot be read or stored; by default they raise, and nothing is
+            stored.
         jobs : int or None, optional
             Number of processes; None for one per core if there is enough work.
         geometric : bool, optional
@@ -943,13 +1009,13 @@ class Catalogue:
 
         Returns
         -------
-        list of Fill
-            The progress and the counts of the given periods.
+        list of Fill or Orbit
+            The progress and the counts of the given periods; or the orbits of the given words, in order.
 
         Raises
         ------
         InputError
-            If you give neither periods nor words, or if a value is invalid.
+            If you give neither periods nor words, or both, or if a value is invalid.
         StoreError
             If the file cannot be written, or the disk does not have enough room.
 
@@ -958,38 +1024,23 @@ class Catalogue:
         >>> own = Catalogue.create("own.db", a=1)
         >>> [fill.n_c for fill in own.fill("2-5")]
         [1, 8, 32, 48]
+        >>> own.fill(code=["1^7 3", "0123"])[0]
+        <Orbit 11111113 at a = 1: length 10.1815213, lambda 6.8053936>
         """
         from orbitdb.filling import fill as filling
         from orbitdb.store.periods import read_fills
 
-        at, wanted = self._at(a), () if p is None else periods_to_make(p)
-        single = [filling.check_word(word) for word in as_texts("words", words)]
-        if not wanted and not single:
-            raise InputError("say what to fill: periods such as '2-11', or words=['1232131']")
-        if geometric and not wanted:
-            raise InputError("geometric=True stores the pruned words of periods: name periods, too")
-        if wanted:
-            with telling(progress, "fill") as tell:
-                filling.fill(self._present().path, at, wanted, jobs, workers, geometric, method, tell)
-        for word in single:
-            self.fill_word(word, method=method, a=at)
+        at = self._at(a)
+        if p is None and code is not None:
+            if geometric or workers is not None:
+                raise InputError("geometric and workers are for periods: leave them out")
+            return filling.fill_words(self._present().path, as_texts("code", code), at, method, errors)
+        if p is None or code is not None:
+            raise InputError("say what to fill: periods such as '2-11', or code='1232131'")
+        wanted = periods_to_make(p)
+        with telling(progress, "fill") as tell:
+            filling.fill(self._present().path, at, wanted, jobs, workers, geometric, method, tell)
         return self._stored_now(read_fills, wanted, at)
-
-    @staticmethod
-    def check_word(word: str) -> str:
-        """Return the symbols of a word; raise `InputError` if it cannot be stored."""
-        from orbitdb.filling.fill import check_word
-
-        return check_word(word)
-
-    def fill_word(self, word: str, *, method: str = "newton", a: float | None = None) -> Orbit:
-        """Store a primitive word of any period with its symmetry class, and return its orbit.
-
-        The other parameters are those of `fill`. The bouncing-ball family 02 is never stored.
-        """
-        from orbitdb.filling.fill import fill_word
-
-        return fill_word(self._present().path, word, self._at(a), method)
 
     def fill_births(
         self,

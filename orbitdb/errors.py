@@ -45,13 +45,14 @@ def check_text(name: str, value: Any, example: str) -> None:
         raise InputError(f"{name} = {value!r:.40}: give a text such as {example!r}")
 
 
-def as_texts(name: str, values: Any) -> list[str]:
+def as_texts(name: str, values: Any) -> list[Any]:
     """Return the given texts as a list; a single one is a list of its own.
 
-    Raises `InputError`, which names the values, if they are not a text or several.
+    Raises `InputError`, which names the values, if they are neither a text nor several; it does not look at
+    each of several.
     """
     try:
-        return [values] if isinstance(values, str) else [*values]
+        return [values] if isinstance(values, str | bytes) else [*values]
     except TypeError:
         raise InputError(f"{name} = {values!r:.40}: give a text, or a list of texts") from None
 

@@ -161,11 +161,11 @@ def varied(made_once: Callable[..., Path]) -> Path:
     """A catalogue of p = 2..6 at a = 1.6 and 1, one word of p = 12, and the words pruned at p = 3."""
     from contents import made
 
-    from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
+    from orbitdb.filling.fill import fill_geometric, fill_periods, fill_words
 
     def make(path: Path) -> None:
         made(path, *(fill_periods(path, a, range(2, 7)) for a in (1.6, 1.0)), fill_geometric(path, [3]))
-        fill_word(path, "013311133313", 1.6)
+        fill_words(path, ["013311133313"], 1.6)
 
     return made_once("varied", make)
 

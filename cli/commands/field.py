@@ -9,7 +9,7 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, not_shown, note, notes, progress
-from orbitdb.cli.snapshots import given_codes, primitive, snapshot, solving
+from orbitdb.cli.snapshots import given_codes, primitive_words, snapshot, solving
 from orbitdb.errors import InputError
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def _followed(
     if not (words or code):
         with progress("following") as shown, snapshot(db, a, choice) as (catalogue, (chosen,)):
             return catalogue.field(kappa, chosen, progress=shown)
-    codes = [primitive(each) for each in given_codes(words, code)]
+    codes = primitive_words(given_codes(words, code))
     if not codes:
         note("stdin contains no code")
     with progress("following") as shown, solving(db, a) as (catalogue, (at,)):

@@ -4,6 +4,7 @@ import logging
 import os
 import time
 import warnings
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import MOST_JOBS, Database, HalfLength, Jobs, takes_only
 from orbitdb.cli.output import Output, code_text, confirm, note, notes, progress
-from orbitdb.cli.snapshots import bring, given_codes, primitive
+from orbitdb.cli.snapshots import bring, given_codes, primitive_words
 from orbitdb.errors import InputError
 from orbitdb.text import format_float, gigabytes, several
 
@@ -175,14 +176,12 @@ def fill(
     An interrupted fill continues where it stopped; finished periods are skipped. --geometric first says how
     many words it stores, and asks if there are ten million or more.
     """
-    from orbitdb.catalogue import Catalogue
     from orbitdb.store.selection import periods_to_make
     from orbitdb.symbols.pruning import count_pruned
 
     if code:
         takes_only(context, "with --code", "code", "a", "method", "dry_run")
-        single = [Catalogue.check_word(primitive(word)) for word in given_codes(code)]
-        _fill_words(single, a, method, db, dry_run)
+        _fill_words(code, a, method, db, dry_run)
         return
     if p is None:
         raise InputError("say what to fill: --p 11 for the periods up to 11, or --code 1232131 for one word")
@@ -207,18 +206,29 @@ def fill(
     note(f"{span}: {stored}, {time.monotonic() - start:.1f} s, in {db}")
 
 
-def _fill_words(words: Sequence[str], a: float, method: str, db: Path, dry_run: bool) -> None:
+_FEW_WORDS = 10
+"""Up to this many words have a line each; more, or those from stdin, have one summary."""
+
+
+def _fill_words(codes: Sequence[str], a: float, method: str, db: Path, dry_run: bool) -> None:
     from orbitdb.catalogue import Catalogue
 
+    words, start = primitive_words(given_codes(codes)), time.monotonic()
     if dry_run:
         note(f"{several(len(words), 'word')} to solve at a = {format_float(a)}, in {db}")
         return
     bring(db)
-    catalogue = Catalogue(db, a)
-    for word in words:
-        orbit = catalogue.fill_word(word, method=method)
-        kept = "" if orbit.stored else "; not stored"
-        note(f"{code_text(word)}: {orbit.status.sentence}{kept}")
+    orbits = Catalogue(db, a).fill(code=words, method=method)
+    if len(words) <= _FEW_WORDS and "-" not in codes:
+        for orbit in orbits:
+            kept = "" if orbit.stored else "; not stored"
+            note(f"{code_text(orbit.code)}: {orbit.status.sentence}{kept}")
+        return
+    counts = Counter(orbit.status for orbit in orbits).most_common()
+    by_status = ", ".join(f"{count} {status}" for status, count in counts)
+    left = sum(not orbit.stored for orbit in orbits)
+    stored = f"{by_status or 'nothing to store'}{f', {left} not stored' if left else ''}"
+    note(f"{several(len(words), 'word')}: {stored}, {time.monotonic() - start:.1f} s, in {db}")
 
 
 def sweep(

@@ -15,7 +15,7 @@ from orbitdb.cli.given_levels import OF_FILE, GivenLevels
 from orbitdb.cli.grids import Asked, GivenValues, many_a, named
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import code_text, note, notes, progress
-from orbitdb.cli.snapshots import given_codes, primitive, snapshot, solving
+from orbitdb.cli.snapshots import given_codes, primitive, primitive_words, snapshot, solving
 from orbitdb.display import load
 from orbitdb.errors import InputError
 from orbitdb.plots.registry import (
@@ -272,7 +272,7 @@ def _of_words(figure: Figure, codes: Sequence[str], values: dict[str, Any], a: A
 def _orbits(codes: Sequence[str], a: Asked, db: Path) -> "tuple[float, list[Orbit]]":
     """Return the a and the orbits of words at it, except those without a path; raise if all are."""
     with solving(db, a) as (catalogue, (at,)):
-        orbits = [catalogue.orbit(primitive(code), a=at) for code in codes]
+        orbits = catalogue.orbit(primitive_words(codes), a=at)
     drawn = [orbit for orbit in orbits if orbit.points is not None]
     for orbit in orbits:
         if orbit.points is None:

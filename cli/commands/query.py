@@ -24,7 +24,7 @@ from orbitdb.cli.output import (
     wrap_after,
     write_facts,
 )
-from orbitdb.cli.snapshots import OF_CATALOGUE, asked_columns, given_codes, primitive, snapshot, solving
+from orbitdb.cli.snapshots import OF_CATALOGUE, asked_columns, given_codes, primitive_words, snapshot, solving
 from orbitdb.columns import EVERY, GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
 from orbitdb.text import format_float, guess
@@ -125,18 +125,17 @@ def _show_words(
 ) -> int:
     """Write what is known about the given words, or their bounces; return the number of rows or words."""
     from orbitdb.cli.orbit_facts import facts, write_bounces
-    from orbitdb.symbols.words import parse
 
     in_rows = columns is not None or not output.table or many_a(a)
     usual = ("code",) if by_bounce else TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
     keys = asked_columns(columns, usual, a, OF_A_WORD)
-    for code in codes:
-        parse(code)  # so that nothing is printed if a code is wrong
-    words = [*map(primitive, codes)]
+    words = primitive_words(codes)
     with solving(db, a) as (catalogue, values):
-        orbits = [catalogue.orbit(word, a=at) for word in words for at in values]
+        asked = [catalogue.orbit(words, a=at) for at in values]
+        orbits = [orbit for at_every_a in zip(*asked, strict=True) for orbit in at_every_a]
         if OF_LIVES & set(keys):
-            lives = {word: catalogue.orbit(word, a=values[0], exists=True).exists for word in words}
+            alive = catalogue.orbit(words, a=values[0], exists=True)
+            lives = {orbit.code: orbit.exists for orbit in alive}
             orbits = [replace(orbit, exists=lives[orbit.code]) for orbit in orbits]
         partners = [] if in_rows or by_bounce else [catalogue.born_with(orbit) for orbit in orbits]
     if not orbits:

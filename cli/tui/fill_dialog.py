@@ -99,9 +99,9 @@ def fill_request(path: Path, request: FillRequest, tell: Tell) -> None:
     catalogue = Catalogue.create(path, request.a)
     if request.periods:
         catalogue.fill(request.periods, progress=tell)
-    for count, word in enumerate(request.words, 1):
-        catalogue.fill_word(word)
-        tell(count, len(request.words), "words")
+    if request.words:
+        catalogue.fill(code=request.words)
+        tell(len(request.words), len(request.words), "words")
 
 
 class FillDialog(Dialog[None]):

@@ -1,6 +1,7 @@
 """The words to follow into a magnetic field: given ones, whole periods, or those that criteria choose."""
 
 from collections.abc import Iterable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from orbitdb.store.sqlite import Connection
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SIZES, packed_members
-from orbitdb.symbols.words import from_strings, parse_primitive, unpack
+from orbitdb.symbols.words import from_strings, parse_primitive, read_words, unpack
 from orbitdb.text import shortened
 
 LONGEST = 1000
@@ -40,7 +41,7 @@ class PickedWords(NamedTuple):
 
 def named_words(words: str | Iterable[str], a: float) -> PickedWords:
     """Return given words; raise `InputError` if one of them cannot be followed from kappa = 0."""
-    codes = [followable(word, a) for word in as_texts("words", words)]
+    codes = read_words(as_texts("words", words), read=partial(followable, a=a))
     return PickedWords(Selection(a), _by_period(codes), (), [])
 
 

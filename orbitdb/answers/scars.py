@@ -16,7 +16,7 @@ from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.waves import scar_strengths
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
-from orbitdb.store.lookup import find_word
+from orbitdb.store.lookup import find_words
 from orbitdb.store.select import Words, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection
@@ -131,7 +131,7 @@ def shortest_orbits(connection: Connection, a: float) -> list[Orbit]:
     chosen = replace(Selection(a), statuses=(Status.ORBIT,), where="code = representative")
     rows = rows_of(connection, Words(chosen, "length"), ("code",), 0, SHORTEST)
     words = [word for (word,) in rows]
-    orbits = [orbit for word in words if (orbit := find_word(connection, word, a)) is not None]
+    orbits = [orbit for orbit in find_words(connection, words, a) if orbit is not None]
     if not orbits:
         raise no_orbits(a)
     return [solve_word("02", a), *orbits]

@@ -7,7 +7,7 @@ its input, not on where or in which order blocks are solved. How a period that w
 
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from time import thread_time
@@ -23,9 +23,9 @@ from orbitdb.errors import InputError
 from orbitdb.filling.estimate import check_room, need, need_of_pruned
 from orbitdb.filling.period_jobs import PeriodJob, Step, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
-from orbitdb.orbits.admissible import solve_admissible
+from orbitdb.orbits.admissible import solve_admissible, solve_periods
 from orbitdb.orbits.births import find_changes
-from orbitdb.orbits.orbit import Orbit, pruned_word
+from orbitdb.orbits.orbit import Orbit, pruned_words
 from orbitdb.orbits.orbits import Orbits
 from orbitdb.orbits.relaxation import relax
 from orbitdb.orbits.status import Status
@@ -33,7 +33,7 @@ from orbitdb.progress import Tell, nobody
 from orbitdb.store import storing, tables
 from orbitdb.store.cursors import Cursor, OvertakenError, open_cursor
 from orbitdb.store.file import reading
-from orbitdb.store.lookup import find_or_solve
+from orbitdb.store.lookup import find_words
 from orbitdb.store.periods import (
     count_births,
     counts_when_done,
@@ -46,8 +46,17 @@ from orbitdb.store.selection import LEAST_PERIOD
 from orbitdb.store.writer import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_spans, primitive_words
 from orbitdb.symbols.pruning import FAMILY, RULES, count_admissible, count_pruned, rule_numbers, rules_broken
-from orbitdb.symbols.symmetry import SIZES, class_of, joined_words
-from orbitdb.symbols.words import from_strings, key, keys, pack, parse_primitive, to_strings, unpack
+from orbitdb.symbols.symmetry import SIZES, SymmetryClass, class_of, joined_words
+from orbitdb.symbols.words import (
+    from_strings,
+    key,
+    keys,
+    pack,
+    parse_primitive,
+    read_words,
+    to_strings,
+    unpack,
+)
 
 if TYPE_CHECKING:
     from orbitdb.store.sqlite import Connection
@@ -283,27 +292,62 @@ def check_word(code: str) -> str:
     return word
 
 
-def fill_word(path: Path, word: str, a: float, method: str = "newton") -> Orbit:
-    """Store a primitive word of any period, with its class and its orbit at a (`Catalogue.fill_word`)."""
-    word = check_word(word)
+def fill_words(
+    path: Path, codes: Iterable[str], a: float, method: str = "newton", errors: str = "raise"
+) -> list[Orbit]:
+    """Store primitive words of any periods, with their classes and orbits at a (`Catalogue.fill`).
+
+    One transaction stores them all. Those that are stored already are not solved again.
+    """
+    words = read_words(codes, errors, check_word)
     check_method(method)
-    parameters = {"command": "fill", "a": a, "code": word, "method": method}
+    named = words[0] if len(words) == 1 else f"{len(words)} words"
+    parameters = {"command": "fill", "a": a, "code": named, "method": method}
     with closing(Writer(path, parameters)) as writer:
-        if (pruned := pruned_word(word, a)) is not None:
-            if pruned.status is Status.FAMILY:
-                return pruned
-            rules = ",".join(map(str, pruned.rules))
+        with writer.reading() as connection:
+            found = find_words(connection, words, a)
+        new = dict.fromkeys(word for word, orbit in zip(words, found, strict=True) if orbit is None)
+        pruned = pruned_words(new, a)
+        family = {word: orbit for word, orbit in pruned.items() if orbit.status is Status.FAMILY}
+        if len(new) > len(family):
+            classes = map(class_of, (word for word in new if word not in pruned))
+            solved = [*_solved({each.representative: each for each in classes}.values(), a, method)]
             with writer.writing() as connection:
-                storing.add_pruned(connection, pruned.p, [pruned.representative], [rules])
-            return replace(pruned, stored=True)
-        family = class_of(word)
-        orbits = METHODS[method].solve(from_strings([family.representative]), Stadium(a))
-        orbits = orbits.with_symmetries(np.array([family.stabiliser], np.uint8))
-        with writer.writing() as connection:
-            stadium = writer.stadium_id(connection, a)
-            number = storing.add_class(connection, family)
-            storing.add_orbits(writer, connection, stadium, [number], orbits, method)
-    return find_or_solve(path, word, a)
+                _store_pruned(connection, pruned.values())
+                stadium = writer.stadium_id(connection, a) if solved else 0
+                for of_period, orbits in solved:
+                    numbers = storing.add_families(connection, of_period)
+                    storing.add_orbits(writer, connection, stadium, numbers, orbits, method)
+                found = find_words(connection, words, a)
+    return [orbit or family[word] for word, orbit in zip(words, found, strict=True)]
+
+
+def _solved(
+    families: Iterable[SymmetryClass], a: float, method: str
+) -> Iterator[tuple[list[SymmetryClass], Orbits]]:
+    """Yield classes and the orbits of their representatives, period by period."""
+    periods: dict[int, list[SymmetryClass]] = {}
+    for family in families:
+        periods.setdefault(len(family.representative), []).append(family)
+    groups = [from_strings([family.representative for family in group]) for group in periods.values()]
+    stadium = Stadium(a)
+    if method == "newton":
+        solved = solve_periods(groups, stadium, every=False)
+    else:
+        solved = [METHODS[method].solve(words, stadium) for words in groups]
+    for group, orbits in zip(periods.values(), solved, strict=True):
+        stabilisers = np.array([family.stabiliser for family in group], np.uint8)
+        yield group, orbits.with_symmetries(stabilisers)
+
+
+def _store_pruned(connection: "Connection", pruned: Iterable[Orbit]) -> None:
+    """Store geometrically pruned words of any periods, but not the family 02."""
+    periods: dict[int, dict[str, str]] = {}
+    for word in pruned:
+        if word.status is not Status.FAMILY:
+            periods.setdefault(word.p, {})[word.representative] = ",".join(map(str, word.rules))
+    for p, rules in periods.items():
+        storing.add_pruned(connection, p, [*rules], [*rules.values()])
 
 
 BIRTHS_BLOCK = 1 << 17

@@ -1,7 +1,7 @@
 """One word in a given stadium, with its orbit if it has one."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -16,7 +16,7 @@ from orbitdb.errors import InputError
 from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.status import Status
 from orbitdb.symbols.plane import symbol_plane
-from orbitdb.symbols.pruning import FAMILY, rules_of
+from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import (
     ELEMENT_OF,
     REVERSE,
@@ -351,10 +351,21 @@ def error_of_quotient(lambda_c: Any, length: Any, lyapunov_error: Any, length_er
     return 1.000001 * (worst + 1.2e-16 * lambda_c)
 
 
+def pruned_words(words: Iterable[str], a: float) -> dict[str, Orbit]:
+    """Return those of some primitive words that are geometrically pruned or the family 02."""
+    periods: dict[int, list[str]] = {}
+    for word in dict.fromkeys(words):
+        periods.setdefault(len(word), []).append(word)
+    pruned = {}
+    for group in periods.values():
+        masks = rules_broken(from_strings(group))
+        for row in np.flatnonzero(masks).tolist():
+            least, rules = least_rotation(group[row]), rule_numbers(int(masks[row]))
+            status, broken = (Status.FAMILY, ()) if least == FAMILY else (Status.GEOMETRIC, tuple(rules))
+            pruned[group[row]] = Orbit(group[row], least, a, status, broken)
+    return pruned
+
+
 def pruned_word(word: str, a: float) -> Orbit | None:
     """Return a primitive word that is geometrically pruned or the family 02; None for any other word."""
-    least = least_rotation(word)
-    if least == FAMILY:
-        return Orbit(word, least, a, Status.FAMILY)
-    rules = tuple(rules_of(word))
-    return Orbit(word, least, a, Status.GEOMETRIC, rules) if rules else None
+    return pruned_words([word], a).get(word)

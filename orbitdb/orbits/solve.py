@@ -11,7 +11,7 @@ from orbitdb.billiard.stadium import MIN_A, Stadium, as_stadium
 from orbitdb.errors import InputError
 from orbitdb.orbits.admissible import solve_admissible, solve_periods
 from orbitdb.orbits.newton import TOLERANCE
-from orbitdb.orbits.orbit import Orbit, pruned_word
+from orbitdb.orbits.orbit import Orbit, pruned_word, pruned_words
 from orbitdb.orbits.orbits import NUMBERS, Orbits, finite
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.symbols.pruning import need_admissible
@@ -78,13 +78,11 @@ def solve(
 
 def solve_words(words: Sequence[str], stadium: Stadium) -> list[Orbit]:
     """Solve primitive words of any periods, in any rotation (`solve`)."""
-    found: dict[str, Orbit] = {}
+    found = pruned_words(words, stadium.a)
     periods: dict[int, list[str]] = {}
     for word in dict.fromkeys(words):
-        if (pruned := pruned_word(word, stadium.a)) is None:
+        if word not in found:
             periods.setdefault(len(word), []).append(word)
-        else:
-            found[word] = pruned
     groups = [*periods.values()]
     solved = solve_periods([from_strings(group) for group in groups], stadium)
     for group, orbits in zip(groups, solved, strict=True):

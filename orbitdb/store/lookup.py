@@ -1,79 +1,113 @@
-"""Look up single words in a catalogue, and find its default a."""
+"""Look up words in a catalogue, and find its default a."""
 
-from collections.abc import Iterator, Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sqlalchemy import REAL, Connection, Integer, and_, bindparam, cast, func, or_, select, true
+from sqlalchemy import REAL, Connection, Integer, Text, and_, bindparam, cast, func, or_, select, true
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.errors import InputError
-from orbitdb.orbits.orbit import Orbit, pruned_word
+from orbitdb.orbits.orbit import Orbit, pruned_words
 from orbitdb.orbits.orbits import NUMBERS
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store.file import reading
 from orbitdb.store.views import classes, life
-from orbitdb.symbols import symmetry
+from orbitdb.symbols.symmetry import SymmetryClass, act_on_areas, class_of, image_coordinates
 from orbitdb.symbols.words import MAX_KEYED, key, keys_of_period
 from orbitdb.text import format_float
 
 Lives = tuple[tuple[float, float | None], ...]
 
-# Statements that are asked word by word are built once, which takes longer than their answer.
-_NUMBER, _HALF_LENGTH = bindparam("number", type_=Integer), bindparam("half_length", type_=REAL)
+# These statements are built once, which takes longer than their answer for a single word.
+_NUMBERS, _HALF_LENGTH = bindparam("numbers", type_=Text), bindparam("half_length", type_=REAL)
 _STORED = (
     select(
+        t.orbit.c.cycle,
         t.cycle.c.time_reversal,
         t.cycle.c.symmetry,
         t.cycle.c.class_size,
         *(t.orbit.c[name] for name in ("status", "coordinates", "solver", *NUMBERS)),
     )
     .join_from(t.orbit, t.cycle, t.cycle.c.id == t.orbit.c.cycle)
-    .where(t.orbit.c.cycle == _NUMBER, t.at_a(t.orbit, _HALF_LENGTH))
+    .where(t.in_list(t.orbit.c.cycle, _NUMBERS), t.at_a(t.orbit, _HALF_LENGTH))
 )
 _LIVES = (
-    select(func.coalesce(life.c.born, 0.0), life.c.dies).where(life.c.cycle == _NUMBER).order_by(life.c.born)
+    select(life.c.cycle, func.coalesce(life.c.born, 0.0), life.c.dies)
+    .where(t.in_list(life.c.cycle, _NUMBERS))
+    .order_by(life.c.cycle, life.c.born)
 )
 
 
-def find_word(connection: Connection, word: str, a: float) -> Orbit | None:
-    """Return the stored orbit of a primitive word at a given a, in the given rotation, or None."""
-    if (pruned := pruned_word(word, a)) is not None:
-        own = (t.pruned.c.p == pruned.p, t.pruned.c.word == pruned.representative)
-        present = connection.scalar(select(t.pruned.c.id).where(*own))
-        return None if present is None else replace(pruned, stored=True)
-    family = symmetry.class_of(word)
-    number = t.class_id(connection, family.representative)
-    stored = connection.execute(_STORED, {"number": number, "half_length": a}).mappings().one_or_none()
-    if stored is None:
-        return None
-    row = dict(stored)
-    coordinates = None
-    if row["area"] is not None:
-        row["area"] = float(symmetry.act_on_areas(family.element, row["area"]))
-    if row["coordinates"] is not None:
-        places = np.frombuffer(row["coordinates"], dtype="<f8")[None, :]
-        least = [family.representative]
-        coordinates = symmetry.image_coordinates([word], least, family.element, places)[0]
-    exists = lives_of(connection, family.representative)
-    found = {"status": Status(row["status"]), "coordinates": coordinates, "stored": True, "exists": exists}
-    return Orbit(**{"code": word, "representative": family.representative, "a": a, **row, **found})
+def find_words(connection: Connection, words: Sequence[str], a: float) -> list[Orbit | None]:
+    """Return the orbits of primitive words, in the given rotations, at a given a; None if not stored."""
+    pruned = pruned_words(words, a)
+    stored = _stored_pruned(connection, [one.representative for one in pruned.values()])
+    families = {word: class_of(word) for word in words if word not in pruned}
+    ids = t.class_ids(connection, [family.representative for family in families.values()])
+    numbers = {"numbers": json.dumps([*ids.values()])}
+    rows = connection.execute(_STORED, numbers | {"half_length": a}).mappings() if ids else ()
+    by_class = {row["cycle"]: dict(row) for row in rows}
+    lives = _lives(connection, numbers) if by_class else {}
+
+    def found(word: str) -> Orbit | None:
+        if word in pruned:
+            return replace(pruned[word], stored=True) if pruned[word].representative in stored else None
+        number = ids[families[word].representative]
+        if number not in by_class:
+            return None
+        orbit = _image(word, families[word], by_class[number], a)
+        return replace(orbit, exists=lives.get(number))
+
+    return [found(word) for word in words]
 
 
 def lives_of(connection: Connection, representative: str) -> Lives | None:
     """Return the ranges of a in which a class is an orbit, or None if no births of it are stored."""
     if len(representative) > MAX_KEYED:
         return None
-    rows = connection.execute(_LIVES, {"number": key(representative)})
-    return tuple((born, dies) for born, dies in rows) or None
+    number = key(representative)
+    return _lives(connection, {"numbers": json.dumps([number])}).get(number)
+
+
+def _lives(connection: Connection, numbers: Mapping[str, str]) -> dict[int, Lives]:
+    """Return the ranges of a in which classes are orbits, by their ids; those without births are left out."""
+    lives: dict[int, Lives] = {}
+    for cycle, born, dies in connection.execute(_LIVES, numbers):
+        lives[cycle] = (*lives.get(cycle, ()), (born, dies))
+    return lives
+
+
+def _image(word: str, family: SymmetryClass, stored: Mapping[str, Any], a: float) -> Orbit:
+    """Return the orbit of a word, given its class and the row of its class at a."""
+    row = {name: value for name, value in stored.items() if name != "cycle"}
+    coordinates = None
+    if row["area"] is not None:
+        row["area"] = float(act_on_areas(family.element, row["area"]))
+    if row["coordinates"] is not None:
+        places = np.frombuffer(row["coordinates"], dtype="<f8")[None, :]
+        coordinates = image_coordinates([word], [family.representative], family.element, places)[0]
+    row |= {"status": Status(row["status"]), "coordinates": coordinates, "stored": True}
+    return Orbit(**{"code": word, "representative": family.representative, "a": a, **row})
+
+
+def _stored_pruned(connection: Connection, words: Sequence[str]) -> set[str]:
+    """Return those of some geometrically pruned words, given as least rotations, that are stored."""
+    if not words:
+        return set()
+    own, keyed = t.pruned.c, [-key(word) for word in words if len(word) <= MAX_KEYED]
+    long = and_(own.id <= -t.LONG, t.in_list(own.word, [word for word in words if len(word) > MAX_KEYED]))
+    query = select(own.word).where(or_(t.in_list(own.id, keyed), long))
+    return set(connection.scalars(query))
 
 
 def certificate_of(connection: Connection, representative: str, a: float) -> tuple[float, int] | None:
     """Return the radius and the number of bits of a class's certificate, or None if it has none."""
-    number = t.class_id(connection, representative)
+    number = t.class_ids(connection, [representative])[representative]
     own = t.certificate
     query = select(own.c.radius, own.c.bits).where(own.c.cycle == number, t.at_a(own, a))
     proof = connection.execute(query).one_or_none()
@@ -85,7 +119,7 @@ def find_or_solve(path: Path | None, word: str, a: float) -> Orbit:
     stored = None
     if path is not None:
         with reading(path) as connection:
-            stored = find_word(connection, word, a)
+            (stored,) = find_words(connection, [word], a)
     if stored is not None:
         return stored
     from orbitdb.orbits.solve import solve_word

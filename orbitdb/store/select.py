@@ -3,7 +3,6 @@
 Geometrically pruned words have no class; they are found only if the selection names their status.
 """
 
-import json
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -92,7 +91,7 @@ class Words:
             own = _values(view, self.by_class)
             query = select(*(own[name].label(name) for name in listed))
             query = query.where(*conditions_of(self.selection, view))
-            query = query if ids is None else query.where(in_list(own["id"], ids))
+            query = query if ids is None else query.where(t.in_list(own["id"], ids.tolist()))
             queries.append(query.group_by(own["id"]) if self.by_class and not whole else query)
         return (queries[0] if len(queries) == 1 else sa.union_all(*queries)).subquery("words")
 
@@ -223,7 +222,8 @@ def place_of(connection: sa.Connection, words: Words, word: str) -> tuple[int, i
     """Return the place of the row of a word, given as its least rotation, or None if it has no row."""
     own = (t.pruned.c.p == len(word), t.pruned.c.word == word)
     pruned = connection.scalar(select(t.pruned.c.id).where(*own))
-    number = t.class_id(connection, class_of(word).representative) if pruned is None else pruned
+    least = class_of(word).representative
+    number = t.class_ids(connection, [least])[least] if pruned is None else pruned
     for block in _blocks(connection, words, ("code", "element"), ids=np.array([number])):
         for code, element in zip(*block, strict=True):
             if words.by_class or code == word:
@@ -293,7 +293,9 @@ def coordinates_of(connection: sa.Connection, a: float, rows: Mapping[str, Seque
     p, ids = np.array(rows["p"], np.int64), np.array(rows["id"], np.int64)
     own, cycle = t.orbit.c, t.cycle.c
     query = select(cycle.word, own.coordinates).join_from(t.orbit, t.cycle, cycle.id == own.cycle)
-    query = query.where(t.at_a(t.orbit, a), in_list(own.cycle, np.unique(ids)), own.coordinates.is_not(None))
+    query = query.where(
+        t.at_a(t.orbit, a), t.in_list(own.cycle, np.unique(ids).tolist()), own.coordinates.is_not(None)
+    )
     blobs = dict(cursor_of(connection, query).fetchall())
     found, start = np.full(p.sum(), np.nan), np.cumsum(p) - p
     groups: dict[tuple[int, int], list[int]] = {}
@@ -321,12 +323,6 @@ def _area_slopes(connection: sa.Connection, a: float, rows: Mapping[str, Sequenc
         slopes[of_order] = area_slopes(Stadium(a), words, places)
     values: list[float] = slopes.tolist()
     return values
-
-
-def in_list(column: ColumnElement[int], ids: Integers) -> ColumnElement[bool]:
-    """Return the condition that a column is one of many ids, which are passed as a single value."""
-    listed = func.json_each(json.dumps(ids.tolist())).table_valued("value")
-    return column.in_(select(listed.c.value))
 
 
 # arrays

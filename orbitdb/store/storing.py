@@ -20,7 +20,6 @@ from orbitdb.store import tables as t
 from orbitdb.store.tables import BORN, DIED, DONE
 from orbitdb.store.writer import Writer, replace_row
 from orbitdb.symbols import symmetry
-from orbitdb.symbols.symmetry import joined_members
 from orbitdb.symbols.words import from_strings, keys_of_period
 
 if TYPE_CHECKING:
@@ -145,13 +144,14 @@ def add_classes(
     })  # fmt: skip
 
 
-def add_class(connection: Connection, family: symmetry.SymmetryClass) -> int:
-    """Store a class of any period, unless it is stored already; return its id."""
-    word = family.representative
-    number = t.class_id(connection, word)
-    stabilisers = np.array([family.stabiliser], dtype=np.uint8)
-    add_classes(connection, [number], from_strings([word]), stabilisers, [joined_members(word)])
-    return number
+def add_families(connection: Connection, families: Sequence[symmetry.SymmetryClass]) -> list[int]:
+    """Store classes of one period, which may be too long to pack; return their ids."""
+    least = [family.representative for family in families]
+    ids = t.class_ids(connection, least)
+    stabilisers = np.array([family.stabiliser for family in families], dtype=np.uint8)
+    words = ["".join(family.words) for family in families]
+    add_classes(connection, [*ids.values()], from_strings(least), stabilisers, words)
+    return [*ids.values()]
 
 
 def classes_stored(connection: Connection, p: int) -> bool:

@@ -5,7 +5,9 @@ class and value of a. All tables are STRICT. A change of a table takes a revisio
 `SCHEMA_VERSION`; the views (`orbitdb.store.views`) need none.
 """
 
+import json
 from collections.abc import Sequence
+from itertools import count
 from typing import Any
 
 from sqlalchemy import (
@@ -348,15 +350,23 @@ LONG = 7 << 58
 It is larger than all keys, and four times its value still fits into an SQLite integer."""
 
 
-def class_id(connection: Connection, word: str) -> int:
-    """Return the id of the class of a representative; a long word that is not stored gets a new id."""
-    if len(word) <= MAX_KEYED:
-        return key(word)
-    long = select(cycle.c.id).where(cycle.c.id >= LONG, cycle.c.p == len(word), cycle.c.word == word)
-    stored = connection.scalar(long)
-    if stored is not None:
-        return int(stored)
-    return max(LONG, (connection.scalar(select(func.max(cycle.c.id))) or 0) + 1)
+def class_ids(connection: Connection, words: Sequence[str]) -> dict[str, int]:
+    """Return the ids of the classes of representatives; long words that are not stored get new ids."""
+    ids = {word: key(word) for word in words if len(word) <= MAX_KEYED}
+    if long := [word for word in dict.fromkeys(words) if word not in ids]:
+        stored = select(cycle.c.word, cycle.c.id).where(cycle.c.id >= LONG, in_list(cycle.c.word, long))
+        ids |= {row.word: row.id for row in connection.execute(stored)}
+        next_id = max(LONG, (connection.scalar(select(func.max(cycle.c.id))) or 0) + 1)
+        ids |= zip((word for word in long if word not in ids), count(next_id))
+    return ids
+
+
+def in_list(
+    column: ColumnElement[Any], values: Sequence[str | int] | BindParameter[str]
+) -> ColumnElement[bool]:
+    """Return the condition that a column is one of many values, which are passed as a single JSON text."""
+    listed = values if isinstance(values, BindParameter) else json.dumps(values)
+    return column.in_(select(func.json_each(listed).table_valued("value").c.value))
 
 
 def pruned_ids(connection: Connection, p: int, words: Sequence[str]) -> list[int]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from orbitdb.arrays import Floats, Indices, Marks, Masks, Words
 from orbitdb.billiard.stadium import SIDE
-from orbitdb.symbols.words import SYMBOLS, WordError, from_strings, to_strings
+from orbitdb.symbols.words import SYMBOLS, WordError, from_strings, symbols_after, symbols_before, to_strings
 
 FAMILY = "02"
 """The word of the bouncing-ball orbits, which are marginal and not isolated, and so never counted."""
@@ -41,7 +41,7 @@ RULES = (
 
 def rules_broken(words: Words) -> Masks:
     """Return bit masks of the rules that words, shape (N, p), break; bit n - 1 stands for rule n."""
-    before, after = np.roll(words, 1, axis=1), np.roll(words, -1, axis=1)
+    before, after = symbols_before(words), symbols_after(words)
     sides = SIDE[words]
     curved, other = sides != 0, words != after
     walls, same = _walls_since(sides)

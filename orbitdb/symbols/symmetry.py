@@ -27,6 +27,8 @@ from orbitdb.symbols.words import (
     from_strings,
     least_rotation,
     least_rotations,
+    symbols_after,
+    symbols_before,
     to_strings,
     unpack,
 )
@@ -86,8 +88,8 @@ def act_on_words(element: int, words: Words) -> Words:
 
 def _lone_apart(words: Words) -> Words:
     """Return words, shape (N, p), with other symbols for single bounces on a semicircle."""
-    same = words == np.roll(words, 1, axis=1)
-    return np.where(same | np.roll(same, -1, axis=1), words, _LONE[words])
+    same = (words == symbols_before(words)) | (words == symbols_after(words))
+    return np.where(same, words, _LONE[words])
 
 
 def act_on_coordinates(element: int, words: Words, coordinates: Floats) -> Floats:
@@ -208,6 +210,7 @@ class SymmetryClass:
     representative: str  # the least of all rotations of all images
     element: int  # the first element that maps the representative to the word
     stabiliser: int  # bit mask of the elements that map the cyclic word to itself
+    words: tuple[str, ...]  # all words of the class, as least rotations, in their order
 
 
 def class_of(word: str) -> SymmetryClass:
@@ -216,7 +219,9 @@ def class_of(word: str) -> SymmetryClass:
     images = [least_rotation(image) for image in images_of(word)]
     representative = min(images)
     stabiliser = sum(1 << g for g in ELEMENTS if images[g] == own)
-    return SymmetryClass(representative, images.index(representative), stabiliser)
+    element = images.index(representative)
+    words = tuple(dict.fromkeys(images[element ^ g] for g in ELEMENTS))
+    return SymmetryClass(representative, element, stabiliser, words)
 
 
 def images_of(word: str) -> list[str]:
@@ -324,11 +329,6 @@ def joined_words(codes: Integers, stabilisers: Masks, p: int) -> list[str]:
     text = b"".join((unpack(words, p) + np.uint8(ord("0"))).tobytes() for words in every).decode("ascii")
     ends = [0, *(p * sizes.cumsum()).tolist()]
     return [text[start:end] for start, end in pairwise(ends)]
-
-
-def joined_members(word: str) -> str:
-    """Return all words of a class, concatenated. The representative may be too long to pack."""
-    return "".join(members(word))
 
 
 def packed_members(codes: Integers, p: int, masks: Masks, stabilisers: Masks) -> Iterator[Integers]:

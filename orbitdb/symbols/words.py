@@ -265,6 +265,16 @@ def to_strings(words: Words) -> list[str]:
     return characters.view(f"U{words.shape[1]}")[:, 0].tolist()
 
 
+def symbols_before(words: Words) -> Words:
+    """Return the symbol before each symbol of words, shape (N, p); `np.roll` takes ten times as long."""
+    return np.concatenate([words[:, -1:], words[:, :-1]], axis=1)
+
+
+def symbols_after(words: Words) -> Words:
+    """Return the symbol after each symbol of words, shape (N, p)."""
+    return np.concatenate([words[:, 1:], words[:, :1]], axis=1)
+
+
 def pack(words: Words) -> Integers:
     """Return words of period p <= `MAX_PACKED` as integers, three bits per symbol, the first highest."""
     codes = np.zeros(len(words), dtype=np.int64)

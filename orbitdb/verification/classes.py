@@ -23,7 +23,7 @@ from orbitdb.store.tables import DONE, LONG, TABLES
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.edges import count_by_edges
 from orbitdb.symbols.pruning import FAMILY, count_admissible, count_pruned, rule_numbers, rules_broken
-from orbitdb.symbols.symmetry import joined_members, joined_words
+from orbitdb.symbols.symmetry import joined_words
 from orbitdb.symbols.words import (
     MAX_KEYED,
     are_primitive,
@@ -156,7 +156,7 @@ def _class_rows(words: Sequence[str], p: int) -> Iterator[tuple[Any, ...]]:
     if p > MAX_KEYED:
         families = [symmetry.class_of(word) for word in words]
         stabilisers = [family.stabiliser for family in families]
-        joined = [joined_members(family.representative) for family in families]
+        joined = ["".join(family.words) for family in families]
     else:
         classes = symmetry.classify(least_rotations(pack(from_strings(words)), p), p)
         stabilisers = classes.stabiliser.tolist()

@@ -24,7 +24,8 @@ def made_both_ways(cli, tmp_path, commands, make):
 
 def test_a_fill_from_python_stores_the_rows_of_the_command(cli, tmp_path):
     def make(catalogue):
-        found = catalogue.fill("2-6", words=["1^8 3"], geometric=True)
+        found = catalogue.fill("2-6", geometric=True)
+        catalogue.fill(code="1^8 3")
         assert [(each.p, each.complete) for each in found] == [(p, True) for p in range(2, 7)]
         assert isinstance(found[0], Fill)
 
@@ -35,7 +36,7 @@ def test_a_fill_from_python_stores_the_rows_of_the_command(cli, tmp_path):
 
 def test_single_words_are_stored_at_the_a_and_by_the_method_that_were_asked_for(cli, tmp_path):
     catalogue = Catalogue.create(tmp_path / "orbits.db", A)
-    catalogue.fill(words=["013"], a=1.3, method="relaxation")
+    catalogue.fill(code=["013"], a=1.3, method="relaxation")
     assert cli("fill", "--code", "13", "--a", "1.3", "--method", "relaxation").code == 0
     assert catalogue.a_values() == [1.3]
     found = catalogue.rows(a=1.3, columns=("representative", "solver"))
@@ -120,7 +121,7 @@ def test_stored_levels_are_read_back_by_range_and_parity(tmp_path):
         (lambda c: c.fill("1-5"), "least period is 2"),
         (lambda c: c.fill("2-99"), "highest period is"),
         (lambda c: c.fill("2-3", method="magic"), "method 'magic'"),
-        (lambda c: c.fill(words=["1313"]), "give .13."),
+        (lambda c: c.fill(code=["1313"]), "give .13."),
         (lambda c: c.fill(3, a=0), "half length"),
         (lambda c: c.fill(3, jobs=0), "jobs = 0: give a whole number, 1 or more"),
         (lambda c: c.sweep(3, workers="x"), "workers = 'x': give an open Cluster"),
@@ -173,13 +174,13 @@ def empty(tmp_path):
 
 
 def test_a_bare_text_is_one_word(empty):
-    empty.fill(words="1232131")
+    empty.fill(code="1232131")
     assert {orbit.p for orbit in empty.select()} == {7}
 
 
 def test_words_are_texts(empty):
-    with pytest.raises(InputError, match="words = 1232131: give a text, or a list"):
-        empty.fill(words=1232131)
+    with pytest.raises(InputError, match="code = 1232131: give a text, or a list"):
+        empty.fill(code=1232131)
 
 
 def test_bounds_say_which_arithmetic_proved_them(empty):
@@ -196,9 +197,9 @@ def test_a_missing_catalogue_is_to_be_made_where_it_was_looked_for(tmp_path):
 @pytest.mark.parametrize("words", ["1", ["13", "0"]])
 def test_a_word_of_one_symbol_is_refused_before_anything_is_stored(empty, words):
     with pytest.raises(InputError, match="has one symbol, but orbits have two or more"):
-        empty.fill(words=words)
+        empty.fill(code=words)
     with pytest.raises(InputError, match="has one symbol"):
-        empty.fill_word("1")
+        empty.fill(code="1")
     assert empty.verify().sound
     assert not empty.a_values()
 

@@ -50,7 +50,7 @@ def test_what_is_stored_during_a_snapshot_is_not_seen_by_it(catalogue):
 
 REFUSED = {
     "fill": lambda then: then.fill(3),
-    "fill_word": lambda then: then.fill_word("13"),
+    "fill code": lambda then: then.fill(code="13"),
     "fill_births": lambda then: then.fill_births(3),
     "fill_levels": lambda then: then.fill_levels(5.0),
     "sweep": lambda then: then.sweep(3),

@@ -68,7 +68,8 @@ def test_codes_are_read_from_stdin(cli, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO("\ufeff13\r\n1^20 (02)^5 3\r\n\r\n1001\r\n"))
     outcome = cli("fill", "--code", "-")
     assert outcome.code == 0
-    assert len(outcome.err.splitlines()) == 3
+    assert outcome.err.startswith("3 words: 1 orbit, 1 dynamical, 1 geometric, ")
+    assert len(outcome.err.splitlines()) == 1
     (found,) = json.loads(cli("query", "--code", "1^20 (02)^5 3", "--json").out)
     assert found["stored"] is True
     assert found["p"] == 31

@@ -12,7 +12,7 @@ from contents import alter, ask, before_statements, content, made
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
-from orbitdb.filling.fill import fill_births, fill_geometric, fill_periods, fill_word
+from orbitdb.filling.fill import fill_births, fill_geometric, fill_periods, fill_words
 from orbitdb.orbits.status import Status
 from orbitdb.store.file import migrate
 from orbitdb.store.selection import Selection
@@ -29,8 +29,8 @@ def test_a_period_can_be_filled_after_single_words(filled, tmp_path):
     path = tmp_path / "words.db"
     migrate(path)
     for word in ("1232131", "13", "01320155", "1001"):
-        assert fill_word(path, word, 1.6).stored
-    assert not fill_word(path, "02", 1.6).stored
+        assert fill_words(path, [word], 1.6)[0].stored
+    assert not fill_words(path, ["02"], 1.6)[0].stored
     fill(path)
     stored, expected = content(path), content(filled)
     assert stored["pruned"] == [(4, "0011", "1,3,6")]
@@ -184,7 +184,7 @@ def test_a_geometric_fill_that_was_stopped_does_not_count_as_complete(tmp_path, 
     path = tmp_path / "orbits.db"
     catalogue = Catalogue.create(path)
     catalogue.fill("2-6")
-    catalogue.fill(words=["1001"])
+    catalogue.fill(code="1001")
     assert "of period 4 are not stored (there are 283)" in catalogue.rows(p=4, status="geometric").notes[0]
     steps = fill_geometric(path, [4, 6])
     stored = [next(steps).words for _ in range(3)]

@@ -87,7 +87,7 @@ def test_representatives_are_sorted_by_their_own_area(filled, where):
 @pytest.mark.parametrize("method", ["newton", "relaxation"])
 def test_single_words_and_the_relaxation_store_areas(tmp_path, method):
     catalogue = Catalogue.create(tmp_path / "orbits.db")
-    catalogue.fill(words=["1232131", "0103"], a=1.6, method=method)
+    catalogue.fill(code=["1232131", "0103"], a=1.6, method=method)
     found = catalogue["1232131"]
     assert found.area == pytest.approx(there(solve_word("1232131", 1.6).area), abs=1e-6)
     assert (found.area_error is None) == (method == "relaxation")

@@ -7,7 +7,7 @@ import pytest
 from there import there
 
 from orbitdb import Catalogue
-from orbitdb.filling.fill import fill_word
+from orbitdb.filling.fill import fill_words
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import parse_parameters
 from orbitdb.symbols.pruning import rule_numbers, rules_broken, rules_of_pattern
@@ -127,7 +127,7 @@ def test_averages_without_a_pattern_say_what_they_mean(filled, cli):
 def test_words_near_the_length_limit_of_keys_are_found(own):
     """They are found one by one, sorted by code, and together with long words of other periods."""
     for word in map(parse, ("1^10 3^10", "1^11 3^10", "1^12 3^10", "1^12 0 3^9")):
-        fill_word(own, word, 1.6)
+        fill_words(own, [word], 1.6)
         with Catalogue(own, 1.6) as catalogue:
             assert there(catalogue.find(word)).stored
             for code in [*members(least_rotation(word))][::3]:

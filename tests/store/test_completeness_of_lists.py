@@ -11,7 +11,7 @@ from orbitdb import Catalogue
 from orbitdb.answers.complete_periods import read_complete_periods
 from orbitdb.answers.completeness import describe_unfilled, without_births
 from orbitdb.errors import InputError
-from orbitdb.filling.fill import fill_periods, fill_word
+from orbitdb.filling.fill import fill_periods, fill_words
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.periods import Fill
 from orbitdb.store.selection import Selection
@@ -67,7 +67,7 @@ def test_a_subset_does_not_count_unfilled_periods_as_zero(varied):
 def test_the_only_a_of_a_catalogue_is_the_default(tmp_path):
     path = tmp_path / "orbits.db"
     assert Catalogue.create(path).a == 1.6
-    fill_word(path, "13", 0.5)
+    fill_words(path, ["13"], 0.5)
     assert Catalogue(path).a == 0.5
     assert Catalogue(path)["13"].length == pytest.approx(6, rel=1e-15)
     made(path, fill_periods(path, 2.0, [2]))

@@ -20,7 +20,7 @@ from there import there
 
 from orbitdb import Catalogue, InputError, Status, solve_word
 from orbitdb.errors import StoreError
-from orbitdb.filling.fill import fill_word
+from orbitdb.filling.fill import fill_words
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.symbols.words import least_rotation
 
@@ -118,13 +118,13 @@ def test_an_orbit_of_a_subset_reads_its_bounces_when_asked(catalogue):
         lambda c: c.select(parameters={"cut": 3}),
         lambda c: c.select(Selection(), p=3),
         lambda c: c.identify(points=[(0, 1), (0, -1), (1, 1)], bounces=3),
-        lambda c: c.fill(words=["13"], geometric=True),
+        lambda c: c.fill(code=["13"], geometric=True),
         lambda c: c.rows(p=2, offset=-5),
         lambda c: c.rows(p=2, limit=-5),
     ],
 )
 def test_nothing_given_is_ignored(catalogue, ask):
-    with pytest.raises(InputError, match=r"only a and p|not given|not both|a start|name periods|0 or more"):
+    with pytest.raises(InputError, match=r"only a and p|not given|not both|a start|for periods|0 or more"):
         ask(catalogue)
 
 
@@ -251,7 +251,7 @@ def test_a_notebook_solves_only_orbits_it_draws(catalogue, tmp_path, monkeypatch
     path = tmp_path / "long.db"
     Catalogue.create(path)
     for rest in ("11", "113"):
-        fill_word(path, "13" * 99 + rest, 1.6)
+        fill_words(path, ["13" * 99 + rest], 1.6)
     assert Catalogue(path).select(p=200)._repr_html_().count("<svg") == 4
     monkeypatch.setattr("orbitdb.orbits.solve.solve_word", None)
     assert "<svg" not in Catalogue(path).select(p=201)._repr_html_()

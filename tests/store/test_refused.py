@@ -51,7 +51,7 @@ def test_keys_must_be_text(catalogue, key):
     assert key not in catalogue
     for call in (
         catalogue.__getitem__,
-        lambda key: catalogue.find(key, a=1.6),
+        lambda key: catalogue.find([key], a=1.6),
         lambda key: solve_word(key, 1.6),
     ):
         with pytest.raises(InputError, match=r"give a string|^a code is a string such as '1232131', not "):

@@ -8,7 +8,7 @@ import model
 from contents import alter, made
 from hypothesis import strategies as st
 
-from orbitdb.filling.fill import fill_births, fill_geometric, fill_periods, fill_word
+from orbitdb.filling.fill import fill_births, fill_geometric, fill_periods, fill_words
 from orbitdb.store.select import VIEWED as COLUMNS
 
 DIED, REBORN, ERROR = 0.75, 1.25, 2.0**-30
@@ -99,7 +99,7 @@ def make_catalogue_to_ask(path: Path) -> None:
             f" 1.0, run FROM change WHERE number = 1 AND a < {DIED!r} AND cycle % 3 = 0",
         )
     for word in ("013023", "131013", *LONG):
-        fill_word(path, word, 1.6)
+        fill_words(path, [word], 1.6)
 
 
 def expected(

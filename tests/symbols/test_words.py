@@ -66,7 +66,7 @@ def test_parse_reads_run_notation(text, word):
         ("13  ^0", "'^0' at position 5 of '13  ^0': repeat at least once"),
         ("1^2 3^0", "'^0' at position 6 of '1^2 3^0': repeat at least once"),
         ("1^2(^3)", "'^' at position 5 of '1^2(^3)' has nothing before it to repeat"),
-        ("1^2 3^9999999", "the power at position 6 of "),
+        ("1^2 3^9999999", "the power ^9999999 at position 6 of "),
         ("13)", "unmatched ')' at position 3 of '13)'"),
         ("1(3", "unmatched '(' in '1(3'"),
         ("1()3", "empty brackets at position 3 of '1()3'"),

@@ -10,7 +10,7 @@ from alterations import EVERYTHING, LEVELS, make
 from contents import made
 
 from orbitdb.filling import sweeps
-from orbitdb.filling.fill import fill_geometric, fill_periods, fill_word
+from orbitdb.filling.fill import fill_geometric, fill_periods, fill_words
 from orbitdb.symbols.words import parse
 
 
@@ -19,7 +19,7 @@ def small_once(made_once: Callable[..., Path]) -> Path:
     def make(path: Path) -> None:
         fills = (fill_periods(path, a, periods) for a, periods in ((1.6, (5, 6)), (1.0, (6,))))
         made(path, *fills, fill_geometric(path, range(2, 4)))
-        fill_word(path, parse("1^30 5^29"), 1.6)
+        fill_words(path, [parse("1^30 5^29")], 1.6)
 
     return made_once("small", make)
 

@@ -23,7 +23,7 @@ from orbitdb.cli.tui.panels.facts import FactsPanel
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.stored import Ordering
 from orbitdb.errors import InputError
-from orbitdb.filling.fill import fill_periods, fill_word
+from orbitdb.filling.fill import fill_periods, fill_words
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import never
@@ -284,7 +284,7 @@ async def test_a_very_small_screen_stacks_rows_and_facts(filled):
 @pytest.mark.slow
 async def test_a_long_code_leaves_room_for_other_columns(filled, tmp_path):
     path, code = Path(shutil.copy(filled, tmp_path)), "1" * 40 + "3"
-    fill_word(path, code, 1.6)
+    fill_words(path, [code], 1.6)
 
     for size, length in ((SMALL, 17), (LARGE, 24)):
         async with browsing(path, size, Selection(periods=((2, 2), (41, 41)))) as (app, _):
