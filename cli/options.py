@@ -225,7 +225,14 @@ Store = Annotated[
         help="Save the result in the catalogue [default: if there is one, or one can be made].",
     ),
 ]
-Classes = Annotated[bool, typer.Option("--classes", help="One row per symmetry class: its representative.")]
+Classes = Annotated[
+    bool,
+    typer.Option(
+        "--classes",
+        help="One row per symmetry class, for the least of its words that fulfil the conditions; the column "
+        "words says how many do.",
+    ),
+]
 ByBounce = Annotated[
     bool,
     typer.Option("--by-bounce", help="One row per bounce: x, y, arc length, sine, gamma, delta."),
