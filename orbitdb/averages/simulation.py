@@ -40,7 +40,8 @@ def simulate(
     Raises
     ------
     InputError
-        If `bounces` is below 1 or `trajectories` below 2, or if you give `trajectories` with `legwise`.
+        If `bounces` is below 1, or too small for an error at a small half length, if `trajectories` is below
+        2, or if you give `trajectories` with `legwise`.
 
     Examples
     --------

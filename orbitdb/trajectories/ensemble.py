@@ -20,6 +20,7 @@ from orbitdb.arrays import Floats, Marks
 from orbitdb.billiard.stadium import HALF_PI, Stadium
 from orbitdb.display import Record
 from orbitdb.errors import InputError, check_int
+from orbitdb.text import format_float
 from orbitdb.trajectories.rays import reflect_off_circle
 
 TRAJECTORIES = 4096
@@ -27,6 +28,13 @@ TRAJECTORIES = 4096
 
 LEAST = 256
 """Minimum number of trajectories by default; with fewer, errors estimated from their spread are uncertain."""
+
+LEAST_ON_WALLS = 10
+"""Minimum expected number of bounces on straight walls.
+
+In a nearly circular stadium, trajectories differ by these alone, so that their spread says nothing about the
+error before there are some.
+"""
 
 BLOCK = 256
 _TINY = 1e-150
@@ -242,8 +250,14 @@ def references(
         raise InputError(f"{given}: give at least one bounce and two trajectories")
     if trajectories is None:
         trajectories = max(LEAST, math.ceil(wanted / math.ceil(wanted / TRAJECTORIES)))
-    arcs, beam = _settled(trajectories, stadium.a, np.random.default_rng(seed))
     steps = math.ceil(wanted / trajectories)
+    if trajectories * steps * 2 * stadium.a / math.pi < LEAST_ON_WALLS:
+        needed = math.ceil(LEAST_ON_WALLS * stadium.perimeter / (4 * stadium.a))
+        raise InputError(
+            f"{bounces} bounces at a = {format_float(stadium.a)} are too few for an error, because hardly "
+            f"any is on a straight wall: give {needed} or more"
+        )
+    arcs, beam = _settled(trajectories, stadium.a, np.random.default_rng(seed))
     done = 0
     while done < steps:
         block = min(BLOCK, steps - done)

@@ -160,6 +160,23 @@ def test_the_seed_fixes_the_result_and_progress_gives_partial_results():
     assert abs(first.lambda_d - 0.887) < 6 * first.lambda_d_error
 
 
+@pytest.mark.parametrize(("a", "needed"), [(1e-6, 15_707_974), (0.001, 15_718)])
+def test_too_few_bounces_for_an_error_are_refused(a, needed):
+    """At a = 1e-4, 60 000 bounces gave errors that were too small by a factor of two."""
+    with pytest.raises(InputError, match=f"too few for an error.*give {needed} or more"):
+        simulate(a, needed // 2)
+    if needed < 1_000_000:
+        assert simulate(a, needed).lambda_d_error > 0
+
+
+@pytest.mark.slow
+def test_the_stated_error_holds_from_the_least_number_of_bounces_on():
+    expected = simulate(1e-4, 40_000_000, seed=99)
+    found = [simulate(1e-4, 160_000, seed=seed) for seed in range(20)]
+    off = [(each.lambda_d - expected.lambda_d) / each.lambda_d_error for each in found]
+    assert max(map(abs, off)) < 4.5
+
+
 @pytest.mark.parametrize("wrong", [{"bounces": 0}, {"trajectories": 1}, {"trajectories": 0}])
 def test_bad_numbers_of_bounces_and_trajectories_are_refused(wrong):
     with pytest.raises(ValueError, match="two trajectories"):
