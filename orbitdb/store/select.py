@@ -86,7 +86,7 @@ class Words:
         With `ids`, return only those of these classes and pruned words.
         """
         listed = dict.fromkeys([*names, *parse_order(self.order), *_KEYS])
-        whole, queries = self.by_class and is_of_classes(self.selection), []
+        whole, queries = is_of_classes(self.selection) and self.by_class, []  # the former checks expressions
         for view in _views(self.selection, whole):
             own = _values(view, self.by_class)
             query = select(*(own[name].label(name) for name in listed))
