@@ -25,6 +25,7 @@ PANELS = {
         "births": "Find the ranges of a in which each word is an orbit",
         "sweep": "Count orbits and average over further periods without storing rows",
         "simulate": "Average over random trajectories, for comparison",
+        "escape": "Open the stadium, and find how fast trajectories escape",
         "bounds": "Prove bounds on the topological entropy",
         "levels": "Find the levels of the quantum stadium",
     },

@@ -225,14 +225,16 @@ Store = Annotated[
         help="Save the result in the catalogue [default: if there is one, or one can be made].",
     ),
 ]
-Classes = Annotated[
-    bool,
+Openings = Annotated[
+    list[str] | None,
     typer.Option(
-        "--classes",
-        help="One row per symmetry class, for the least of its words that fulfil the conditions; the column "
-        "words says how many do.",
+        "--opening",
+        metavar="WALL:LOW:HIGH",
+        help="An opening of the boundary: x on the top or bottom wall, or the angle on the left or right "
+        "semicircle, such as top:-0.3:0.3; repeatable.",
     ),
 ]
+Classes = Annotated[bool, typer.Option("--classes", help="One row per symmetry class: its representative.")]
 ByBounce = Annotated[
     bool,
     typer.Option("--by-bounce", help="One row per bounce: x, y, arc length, sine, gamma, delta."),

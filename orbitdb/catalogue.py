@@ -55,6 +55,8 @@ if TYPE_CHECKING:
     from orbitdb.entropy_bounds.bounds import EntropyBounds
     from orbitdb.filling.estimate import Need
     from orbitdb.filling.workers import Workers
+    from orbitdb.open_stadium.escape import Escape
+    from orbitdb.open_stadium.openings import Opening
     from orbitdb.orbits.exponents import OrbitClasses
     from orbitdb.quantum.exact_levels import Levels
     from orbitdb.quantum.length_spectrum import Spectrum
@@ -490,16 +492,14 @@ class Catalogue:
             The subset, or one for each of several a; you can give criteria instead, and several values as
             ``a``.
         columns : sequence of str, optional
-            Names of columns of the view ``catalogue``, by default all, or ``coordinates``, ``area_slope`` or
-            ``words``.
+            Names of columns of the view ``catalogue``, by default all, or ``coordinates``.
         order : str, optional
             Columns to sort by, separated by commas; ``desc`` after a name, or ``-`` before it, reverses the
             order. Ties are broken by period, representative and element, in ascending order.
         limit, offset : int, optional
             Maximum number of rows to yield, and number of rows to skip first, both at each a.
         classes : bool, optional
-            Whether to return one row per symmetry class with chosen words: that of the least of them. The
-            column ``words``, then shown by default, is their number.
+            Whether to return one row per symmetry class with chosen words, that of its representative.
 
         Examples
         --------
@@ -509,14 +509,13 @@ class Catalogue:
         013 10.850685
         """
         from orbitdb.answers.listing import Listing
-        from orbitdb.store.select import VIEWED, WORDS
+        from orbitdb.store.select import VIEWED
 
         first = check_int("offset", offset, 0)
         most = None if limit is None else check_int("limit", limit, 0)
         chosen = self._several(selection, criteria)
         given = columns.split(",") if isinstance(columns, str) else columns
-        usual = (*VIEWED, *[WORDS] * classes)
-        names = usual if given is None else tuple(as_texts("columns", given))
+        names = VIEWED if given is None else tuple(as_texts("columns", given))
         return Listing(self._reading, chosen, names, order, most, first, classes)
 
     @with_criteria
@@ -606,7 +605,7 @@ class Catalogue:
         coordinates : bool, optional
             Whether to read the coordinates at once; otherwise they are read when they are needed.
         classes : bool, optional
-            Whether to return one entry per symmetry class with chosen words: the least of them.
+            Whether to return one entry per symmetry class with chosen words, its representative.
         a : float, optional
             Half length of the stadium; by default the catalogue's.
         p : int, str or iterable of int, optional
@@ -1119,14 +1118,76 @@ class Catalogue:
             self.keep(averages, file)
         return averages
 
-    def keep(self, averages: "Reference", file: FileId | None = None) -> None:
-        """Store averages over trajectories that were computed elsewhere, such as by `orbitdb.simulate`.
+    def keep(self, found: "Reference | Escape", file: FileId | None = None) -> None:
+        """Store a result that was computed elsewhere, by `orbitdb.simulate` or `orbitdb.escape`.
 
-        If `file` is given, which is what `check_writable` returned before the work, only that file gets them.
+        If `file` is given, which is what `check_writable` returned before the work, only that file gets it.
         """
+        from orbitdb.filling.escapes import keep_found
         from orbitdb.filling.simulate import keep_simulated
+        from orbitdb.trajectories.ensemble import Reference
 
-        keep_simulated(self._present().path, averages, file)
+        if isinstance(found, Reference):
+            keep_simulated(self._present().path, found, file)
+        else:
+            keep_found(self._present().path, found, file)
+
+    def escape(
+        self,
+        opening: "str | Opening | Iterable[str | Opening]" = (),
+        without: str | Iterable[str] = (),
+        *,
+        trajectories: int = 1_000_000,
+        bounces: int = 2000,
+        seed: "int | np.random.Generator" = 0,
+        jobs: int | None = 1,
+        store: bool = True,
+        progress: Tell | None = None,
+        a: float | None = None,
+    ) -> "Escape":
+        """Open the stadium, and find how fast trajectories escape; store the result, or read the stored one.
+
+        No orbits are needed. A trajectory escapes at a bounce in an opening, or at the bounce that completes
+        a pattern.
+
+        Parameters
+        ----------
+        opening, without, trajectories, bounces
+            As for `orbitdb.escape`.
+        seed : int or numpy.random.Generator, optional
+            The same seed gives the same result; a generator draws one.
+        jobs, progress : optional
+            As for `fill`.
+        store : bool, optional
+            Whether to store the result.
+
+        Raises
+        ------
+        InputError
+            If nothing is opened, an opening does not fit on the boundary, or nothing is left of it.
+
+        Examples
+        --------
+        >>> found = catalogue.escape("top:-0.3:0.3", trajectories=0)
+        >>> round(found.measure, 6), round(found.c1, 5), round(found.rate_leg, 3)
+        (0.047307, 0.24304, 0.117)
+        """
+        from orbitdb.filling.escapes import find_escape
+        from orbitdb.open_stadium.question import Question
+        from orbitdb.store.stored_values import stored_escape
+
+        with self._reading() as connection:
+            at = self._at(a, connection)
+            asked = Question.of(at, opening, without, trajectories, bounces, _seed(seed))
+            stored = stored_escape(connection, asked)
+        if stored is not None:
+            return stored
+        file = self.check_writable() if store else None
+        with telling(progress, "trajectories") as tell:
+            found = find_escape(asked, jobs, tell)
+        if store:
+            self.keep(found, file)
+        return found
 
     def prove_bounds(
         self,

@@ -90,8 +90,8 @@ def query(
         raise InputError(
             "--by-bounce needs WORD; 'orbitdb export --by-bounce' writes the bounces of many orbits"
         )
-    usual = (*TABLE_COLUMNS, *_sorted_by(order)) if output.for_people else WRITTEN
-    names = asked_columns(columns, (*usual, *["words"] * classes), a)
+    in_table = (*TABLE_COLUMNS, *_sorted_by(order))
+    names = asked_columns(columns, in_table if output.for_people else WRITTEN, a)
     with snapshot(db, a, choice) as (catalogue, selections):
         listing = catalogue.rows(
             selections, columns=names, order=order, limit=limit, offset=offset, classes=classes

@@ -18,8 +18,19 @@ from orbitdb.answers.completeness import gaps, nothing, periods_with_births
 from orbitdb.answers.entropy import table
 from orbitdb.answers.lyapunov import OF_AVERAGES, lyapunov
 from orbitdb.answers.results import Result
-from orbitdb.columns import EVERY, OF_BOUNDS, OF_COUNTS, OF_ENSEMBLES, OF_LEVELS, OF_LIVES, WRITTEN, Column
+from orbitdb.columns import (
+    EVERY,
+    OF_BOUNDS,
+    OF_COUNTS,
+    OF_ENSEMBLES,
+    OF_ESCAPE,
+    OF_LEVELS,
+    OF_LIVES,
+    WRITTEN,
+    Column,
+)
 from orbitdb.errors import ExportError, StoreError
+from orbitdb.open_stadium.escape import AT, RATES, Escape
 from orbitdb.output_files import check_space, complete_folder, write_csv, write_parquet
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
@@ -29,7 +40,7 @@ from orbitdb.store.periods import Fill, class_rows, read_fills, runs
 from orbitdb.store.select import COORDINATES, Words, count, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection
-from orbitdb.store.stored_values import best_reference, stored_levels, tightest_bounds
+from orbitdb.store.stored_values import best_reference, stored_escapes, stored_levels, tightest_bounds
 from orbitdb.text import format_float
 
 PACKAGE = "datapackage.json"
@@ -51,6 +62,10 @@ _OF_CLASS = [EVERY[name] for name in ("representative", "p", "class_size")]
 _OF_LIFE = [*_OF_CLASS, *(column for column in OF_LIVES if column.name != "word")]
 _CLASSES = [*_OF_CLASS, *(EVERY[name] for name in ("symmetry", "time_reversal", "walls"))]
 _LEVELS = [column for column in OF_LEVELS if column.name in ("k", "parity", "number", "error")]
+_OF_ESCAPE = {column.name: column for column in OF_ESCAPE}
+_OPEN = [_OF_ESCAPE[name] for name in ("opening", "without", "trajectories", "bounces", "seed")]
+_RATES = [_OF_ESCAPE[name] for name in RATES]
+_SURVIVAL = [_OF_ESCAPE[name] for name in (*AT.values(), "survival", "error", "tail")]
 _COUNTS = [EVERY["p"], *OF_COUNTS]
 _AVERAGES = [EVERY["p"], *OF_AVERAGES]
 
@@ -200,6 +215,24 @@ def _others(connection: Connection, chosen: Sequence[Selection], filled: set[int
     yield TableFile("trajectories.csv", "Averages over random trajectories", [*at, *OF_ENSEMBLES], ensembles)
     yield TableFile("bounds.csv", "Bounds on the topological entropy", [*at, *OF_BOUNDS], bounds)
     yield TableFile("levels.csv", "Quantum levels", at + _LEVELS, levels)
+    opened = [found for at_a in chosen for found in stored_escapes(connection, at_a.a)]
+    escapes = ((*_open(found), *found.rates().values()) for found in opened)
+    yield TableFile("escapes.csv", "Escape rates and tails of open stadiums", [*at, *_OPEN, *_RATES], escapes)
+    yield TableFile("survival.csv", "Survival in open stadiums", [*at, *_OPEN, *_SURVIVAL], _survival(opened))
+
+
+def _open(found: Escape) -> tuple[Any, ...]:
+    """Return the values of the columns that say what is open, and of what sample survival is."""
+    texts = (" ".join(map(str, each)) for each in (found.opening, found.without))
+    return found.a, *texts, found.trajectories, found.bounces, found.seed
+
+
+def _survival(opened: Sequence[Escape]) -> Iterator[tuple[Any, ...]]:
+    """Yield survival by bounce, time and leg; each row has a value in one of the columns n, t and legs."""
+    for found in opened:
+        for place, by in enumerate(AT):
+            for at, *values in zip(*found.columns(by).values(), strict=True):
+                yield *_open(found), *(at if place == own else None for own in range(len(AT))), *values
 
 
 def _by_period(result: Result, columns: Sequence[Column], chosen: Selection) -> Iterator[tuple[Any, ...]]:

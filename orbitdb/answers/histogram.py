@@ -75,9 +75,7 @@ def histogram(connection: Connection, selection: Selection, column: str, bins: i
         return Histogram(np.zeros(0), np.zeros(0, np.int64), int(rows.sum()), False)
     low, high = float(values[present].min()), float(values[present].max())
     logarithmic = low > 0 and high > _DECADES * low
-    # a single bin is two joined, because values of both signs are never between multiples of a round number
-    edges = np.geomspace(low, high, most + 1) if logarithmic else _round_edges(low, high, max(most, 2))
-    edges = edges[[0, -1]] if most == 1 else edges
+    edges = np.geomspace(low, high, most + 1) if logarithmic else _round_edges(low, high, most)
     # the outer edges are rounded, so a value may lie an ulp outside
     counts, _ = np.histogram(np.clip(values[present], edges[0], edges[-1]), edges, weights=rows[present])
     return Histogram(edges, counts, int(rows[~present].sum()), logarithmic)

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 from orbitdb.answers.completeness import periods_with_births
 from orbitdb.display import columns_of, data_frame, html_of
 from orbitdb.entropy_bounds.bounds import BALLS
+from orbitdb.open_stadium.escape import ways
 from orbitdb.store.lookup import a_values
 from orbitdb.store.periods import read_fills, read_sweeps, room, schema_version, sqlite_version
 from orbitdb.store.selection import written_periods
 from orbitdb.store.sqlite import Connection, path_of
-from orbitdb.store.stored_values import bounds_by_a, level_windows, trajectories
+from orbitdb.store.stored_values import bounds_by_a, level_windows, stored_escapes, trajectories
 from orbitdb.text import format_float, gigabytes, several
 
 if TYPE_CHECKING:
@@ -98,6 +99,9 @@ def _facts(connection: Connection) -> list[tuple[str, str]]:
         facts.append(
             ("simulated", f"a = {format_float(a)}: {several(count, 'average')}, up to {bounces} bounces")
         )
+    for at, found in groupby(stored_escapes(connection), key=attrgetter("a")):
+        ways_out = (ways(one.opening, one.without) for one in found)
+        facts.append(("escape", f"a = {format_float(at)}: {', '.join(dict.fromkeys(ways_out))}"))
     return facts + _enclosures(connection)
 
 

@@ -58,7 +58,7 @@ class Listing:
     limit, offset : int or None, int
         Maximum number of rows, and number of rows skipped first; both at each a.
     classes : bool
-        Whether each symmetry class with chosen words has one row, that of the least of them.
+        Whether each symmetry class with chosen words has one row, that of its representative.
 
     Examples
     --------
@@ -190,9 +190,6 @@ class Listing:
         return {
             "orbitdb": __version__,
             "selection": self._described(connection),
-            "order": self.order,
-            "limit": self.limit,
-            "offset": self.offset,
             "a": values if many else values[0],
             "database": str(path_of(connection).resolve()),
             "date": datetime.now(UTC).isoformat(timespec="seconds"),

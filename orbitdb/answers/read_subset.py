@@ -29,5 +29,5 @@ def read_subset(
     missing = unfilled(connection, selection) or lacking_births(connection, selection)
     total, filled = None if size == number else number, tuple(filled_periods(connection, selection))
     subset = Subset(selection, **arrays, unfilled=missing, filled=filled, total=total,
-                    path=path_of(connection), by_class=by_class, cut=total is not None)  # fmt: skip
+                    path=path_of(connection), by_class=by_class)  # fmt: skip
     return replace(subset, coordinates=subset.read_coordinates(connection)) if coordinates else subset

@@ -12,7 +12,7 @@ from orbitdb.errors import InputError
 from orbitdb.open_stadium.openings import Opening, Span
 from orbitdb.open_stadium.rates import FAST
 from orbitdb.open_stadium.survival import Survival
-from orbitdb.text import format_float, several
+from orbitdb.text import concise, format_float, several
 
 if TYPE_CHECKING:
     import pandas
@@ -118,7 +118,9 @@ class Escape(Table, Drawn):
         return len(self.bounce.at)
 
     def __str__(self) -> str:
-        return f"<escape {ways(self.opening, self.without)} at a = {format_float(self.a)}>"
+        rate = concise(self.rate_leg, self.rate_leg_error) or "not defined"
+        place = f"{ways(self.opening, self.without)} at a = {format_float(self.a)}"
+        return f"<escape {place}: {self.measure:.2%} open, rate per leg {rate}>"
 
     def _columns_shown(self) -> dict[str, list[Any]]:
         return self.columns()
@@ -126,7 +128,7 @@ class Escape(Table, Drawn):
     _FIGURES = ("escape",)
 
     def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
-        return (self,), str(self).strip("<>").capitalize()
+        return (self,), f"Escape {ways(self.opening, self.without)} at a = {format_float(self.a)}"
 
 
 def ways(opening: Sequence[Opening], without: Sequence[str]) -> str:

@@ -15,7 +15,7 @@ from orbitdb.open_stadium.flight import OpenStadium
 from orbitdb.open_stadium.openings import Opening, measure, parse_openings
 from orbitdb.open_stadium.patterns import patterns_of
 from orbitdb.open_stadium.rates import Rates, escape_rates
-from orbitdb.open_stadium.survival import BATCH, Counts, Rows, count, survival_of
+from orbitdb.open_stadium.survival import BATCH, Counts, Rows, Sampled, Survival, count, survival_of
 from orbitdb.open_stadium.tails import Tails, tails
 from orbitdb.progress import Tell, nobody
 from orbitdb.symbols.words import parse
@@ -50,13 +50,13 @@ class Question:
     ) -> "Question":
         """Check the arguments of `escape`."""
         billiard = as_stadium(stadium)
-        texts: Iterable[str] = (without,) if isinstance(without, str) else without or ()
-        patterns = tuple(sorted({parse(text) for text in texts}))
+        alone = isinstance(without, str) or not isinstance(without, Iterable)
+        patterns = tuple(sorted({parse(text) for text in ((without,) if alone else without)}))
         if sum(map(len, patterns)) > _MOST_SYMBOLS:
             raise InputError(f"patterns with more than {_MOST_SYMBOLS} symbols in all: give shorter ones")
-        openings = parse_openings(opening or ())
+        openings = parse_openings(opening)
         if not openings and not patterns:
-            raise InputError("a closed stadium: give an opening such as top:-0.3:0.3, or a pattern without")
+            raise InputError("nothing is opened: name an opening, such as top:-0.3:0.3, or a pattern")
         measure(billiard, openings)  # raises if one does not fit
         return cls(
             billiard,
@@ -82,6 +82,11 @@ class Question:
         """The rows at which survival is counted."""
         return Rows.up_to(self.stadium, self.bounces)
 
+    @property
+    def expected(self) -> float:
+        """Rough mean number of bounces before a trajectory escapes, at most `bounces`."""
+        return min(self.bounces, 1 / max(measure(self.stadium, self.opening), 0.005 * len(self.without)))
+
     def tasks(self) -> "list[partial[Counts]]":
         """Return functions that each sample some of the trajectories; their counts add up."""
         parts = max(1, math.ceil(self.trajectories / BATCH)) if self.trajectories else 0
@@ -90,14 +95,32 @@ class Question:
         sizes = (self.trajectories * (n + 1) // parts - self.trajectories * n // parts for n in range(parts))
         return [partial(count, opened, rows, size, seed) for size, seed in zip(sizes, seeds, strict=True)]
 
-    def answer(self, counts: Counts | None, rates: Rates) -> Escape:
-        """Return the result that follows from the counts of all tasks, if there are any, and the rates."""
+    def answer(self, sampled: Sampled, rates: Rates) -> Escape:
+        """Return the result with sampled survival, if there is any, and with the rates."""
         left = self.left
         return Escape(
             self.stadium.a, self.opening, self.without, measure(self.stadium, self.opening),
             left.gaps, left.c1, left.c2, left.d1, left.uncut, *rates,
-            self.trajectories, self.bounces, self.seed, *survival_of(self.rows, counts),
+            self.trajectories, self.bounces, self.seed, *sampled,
         )  # fmt: skip
+
+    def sampled(self, parts: Iterable[Counts], tell: Tell = nobody) -> Sampled:
+        """Return survival from the counts of the tasks, which are added up as they come."""
+        total = None
+        for part in parts:
+            total = part if total is None else total + part
+            tell(total.bounces[0], self.trajectories, "trajectories")
+        return survival_of(self.rows, total)
+
+    def unpacked(self, packed: bytes) -> Sampled:
+        """Return survival from its arrays and those of its errors, as a catalogue stores them."""
+        if not self.trajectories:
+            return survival_of(self.rows, None)
+        sizes = [len(at) for at in self.rows for _ in range(2)]
+        arrays = np.split(np.frombuffer(packed, dtype="<f8").astype(np.float64), np.cumsum(sizes)[:-1])
+        pairs = zip(self.rows, arrays[::2], arrays[1::2], strict=True)
+        first, second, third = (Survival(*parts) for parts in pairs)
+        return first, second, third
 
 
 def _number(name: str, value: int, least: int, most: int) -> int:
@@ -153,14 +176,5 @@ def escape(
     """
     tell = progress or nobody
     asked = Question.of(stadium, opening, without, trajectories, bounces, seed)
-    counts = summed((task() for task in asked.tasks()), asked, tell)
-    return asked.answer(counts, escape_rates(asked.opened, asked.left, tell))
-
-
-def summed(parts: Iterable[Counts], asked: Question, tell: Tell) -> Counts | None:
-    """Add up the counts of the tasks as they come; None if there are none."""
-    total = None
-    for part in parts:
-        total = part if total is None else total + part
-        tell(total.bounces[0], asked.trajectories, "trajectories")
-    return total
+    sampled = asked.sampled((task() for task in asked.tasks()), tell)
+    return asked.answer(sampled, escape_rates(asked.opened, asked.left, tell))

@@ -141,7 +141,11 @@ class Survival(NamedTuple):
     error: Floats
 
 
-def survival_of(rows: Rows, counts: Counts | None) -> tuple[Survival, Survival, Survival]:
+Sampled = tuple[Survival, Survival, Survival]
+"""Survival by bounce, by time and by leg."""
+
+
+def survival_of(rows: Rows, counts: Counts | None) -> Sampled:
     """Return survival by bounce, by time and by leg; without counts, they are empty."""
     if counts is None:
         empty = Survival(*np.zeros((3, 0)))

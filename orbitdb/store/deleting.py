@@ -44,7 +44,7 @@ def delete(
             raise StoreError(f"{path} now has {stored} there, so nothing was deleted: look again")
         if not spans:
             own[t.trajectory] = sa.true()
-            for table in (t.entropy_bound, t.level_fill, t.level):
+            for table in (t.entropy_bound, t.open_stadium, t.level_fill, t.level):
                 connection.execute(sa.delete(table).where(table.c.a == a))
         for table in (t.pruned, t.pruned_fill):
             connection.execute(sa.delete(table).where(filled_last(table, a, spans)))

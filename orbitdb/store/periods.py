@@ -291,9 +291,9 @@ class Contents:
         Number of geometrically pruned words of periods that are filled at no other a.
     filled, swept : tuple of int
         Periods that are filled or swept, completely or in part.
-    levels, bounds, trajectories : int
-        Number of quantum levels, bounds on the entropy, and averages over random trajectories; 0 if only some
-        periods were asked for.
+    levels, bounds, trajectories, escapes : int
+        Number of quantum levels, bounds on the entropy, averages over random trajectories, and open stadiums;
+        0 if only some periods were asked for.
     """
 
     words: int
@@ -303,6 +303,7 @@ class Contents:
     levels: int = 0
     bounds: int = 0
     trajectories: int = 0
+    escapes: int = 0
 
     def __bool__(self) -> bool:
         return any(getattr(self, field.name) for field in fields(self))
@@ -316,6 +317,7 @@ class Contents:
         parts += [several(self.levels, "quantum level")] if self.levels else []
         parts += [several(self.bounds, "bound") + " on the entropy"] if self.bounds else []
         parts += [several(self.trajectories, "average") + " over trajectories"] if self.trajectories else []
+        parts += [several(self.escapes, "open stadium")] if self.escapes else []
         return ", ".join(parts) or "nothing"
 
 
@@ -337,6 +339,7 @@ def contents(connection: Connection, a: float, spans: Sequence[tuple[int, int]] 
         (t.level, t.level.c.a == a),
         (t.entropy_bound, t.entropy_bound.c.a == a),
         (t.trajectory, t.at_a(t.trajectory, a)),
+        (t.open_stadium, t.open_stadium.c.a == a),
     )
     counts = () if spans else (count(*condition) for condition in rest)
     return Contents(

@@ -1,4 +1,4 @@
-"""Results that are stored beside the orbits: entropy bounds, averages over trajectories, and levels."""
+"""Results that are stored beside the orbits: entropy bounds, averages over trajectories, escape, levels."""
 
 from dataclasses import fields
 from itertools import groupby
@@ -14,6 +14,8 @@ from orbitdb.store import tables as t
 from orbitdb.store.sqlite import cursor_of
 
 if TYPE_CHECKING:
+    from orbitdb.open_stadium.escape import Escape
+    from orbitdb.open_stadium.question import Question
     from orbitdb.quantum.exact_levels import LevelWindow
     from orbitdb.quantum.weyl import Parity
     from orbitdb.trajectories.ensemble import Reference
@@ -68,6 +70,36 @@ def stored_levels(connection: Connection, a: float, parity: "Parity") -> "list[L
         k, error = levels[(levels[:, 0] >= low) & (levels[:, 0] < high)].T
         parts.append(LevelWindow(a, parity, low, high, below, k, error, seconds))
     return parts
+
+
+def stored_escapes(connection: Connection, a: float | None = None) -> "list[Escape]":
+    """Return what is stored about escape from open stadiums, at every a or at a given one."""
+    from orbitdb.open_stadium.question import Question
+    from orbitdb.open_stadium.rates import Rates
+
+    own = t.open_stadium.c
+    names = ("a", "opening", "without", "trajectories", "bounces", "seed", *Rates._fields, "survival")
+    query = select(*(own[name] for name in names)).where(true() if a is None else own.a == a)
+    found = []
+    for at, opening, without, trajectories, bounces, seed, *rates, packed in connection.execute(
+        query.order_by(*t.open_stadium.primary_key)
+    ):
+        asked = Question.of(at, opening.split(), without.split(), trajectories, bounces, int(seed))
+        found.append(asked.answer(asked.unpacked(packed), Rates(*rates)))
+    return found
+
+
+def stored_escape(connection: Connection, asked: "Question") -> "Escape | None":
+    """Return the stored answer to a question about an open stadium, or None."""
+    key = asked.opening, asked.without, asked.trajectories, asked.bounces, asked.seed
+    return next(
+        (
+            one
+            for one in stored_escapes(connection, asked.stadium.a)
+            if (one.opening, one.without, one.trajectories, one.bounces, one.seed) == key
+        ),
+        None,
+    )
 
 
 def level_windows(connection: Connection) -> list[tuple[float, str, float, float, int]]:

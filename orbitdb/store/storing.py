@@ -24,6 +24,7 @@ from orbitdb.symbols.words import from_strings, keys_of_period
 
 if TYPE_CHECKING:
     from orbitdb.entropy_bounds.bounds import EntropyBounds
+    from orbitdb.open_stadium.escape import Escape
     from orbitdb.quantum.exact_levels import LevelWindow
     from orbitdb.trajectories.ensemble import Reference
 
@@ -75,6 +76,17 @@ def keep_bounds(writer: Writer, bounds: "EntropyBounds", computed: str | None = 
     values["proof"] = bounds.arithmetic
     with writer.writing() as connection:
         return _keep_new(writer, connection, t.entropy_bound, values, computed)
+
+
+def keep_escape(writer: Writer, found: "Escape") -> None:
+    """Store what escapes from an open stadium, unless the same result is stored."""
+    names = set(t.open_stadium.c.keys()) - {"run", "survival"}
+    values = {name: getattr(found, name) for name in names} | {"seed": str(found.seed)}
+    values |= {name: " ".join(map(str, getattr(found, name))) for name in ("opening", "without")}
+    arrays = [part for by in (found.bounce, found.time, found.leg) for part in (by.survival, by.error)]
+    values["survival"] = np.concatenate(arrays).astype("<f8").tobytes()
+    with writer.writing() as connection:
+        _keep_new(writer, connection, t.open_stadium, values)
 
 
 def _keep_new(

@@ -263,6 +263,26 @@ entropy_bound = _keyed(
     _refer("run", "run"),
 )
 
+# What escapes from the stadium at one value of a through openings, or by patterns, separated by blanks: the
+# rates and their errors, empty where they are not defined, and sampled survival with its standard errors by
+# bounce, time and leg, in little-endian float64. No orbits need to be stored at this a.
+open_stadium = _keyed(
+    "open_stadium",
+    _real("a", primary_key=True),
+    _text("opening", primary_key=True),
+    _text("without", primary_key=True),
+    _integer("trajectories", primary_key=True),
+    _integer("bounces", primary_key=True),
+    _text("seed", primary_key=True),
+    *(
+        _real(name + suffix, null=True)
+        for name in ("rate_leg", "rate_time", "rate_bounce")
+        for suffix in ("", "_error")
+    ),
+    _blob("survival"),
+    _refer("run", "run"),
+)
+
 # A window low <= k < high in which all levels of one parity are stored at one value of a, the number of
 # levels below the window, and the processor time in seconds. Windows do not overlap.
 level_fill = _keyed(

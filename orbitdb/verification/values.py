@@ -28,6 +28,7 @@ _COUNTED = f"(state = '{DONE}') = ({{name}} IS NOT NULL)"
 """Counts are stored when a period is done."""
 _FREE_PATH = f"{math.pi} * ({math.pi} + 4 * a) / (2 * {math.pi} + 4 * a)"
 """The mean length of a link, pi times the area divided by the perimeter."""
+_RATES = ("rate_leg", "rate_time", "rate_bounce")
 _ERRORS = [name for name in NUMBERS if name.endswith("error")]
 _NOT_NEGATIVE = (
     "commits", "iterations", "seconds", "words", "enumerating", "solving", "storing", "processor", "below",
@@ -105,6 +106,17 @@ _OWN: Mapping[str, Mapping[str, str]] = {
         "lower": "lower BETWEEN 0 AND upper",
         "upper": "upper BETWEEN 0 AND 1.21875573",  # of the rules alone, at any a
         "undecided": "undecided BETWEEN 0 AND windows",
+    },
+    "open_stadium": {
+        "trajectories": "trajectories >= 0",
+        "bounces": "bounces >= 1",
+        "seed": "seed != '' AND seed NOT GLOB '*[^0-9]*'",
+        **{
+            f"{name}_error": f"({name} IS NULL) = ({name}_error IS NULL) AND coalesce({name}_error > 0, TRUE)"
+            for name in _RATES
+        },
+        **{name: f"coalesce({name} BETWEEN 0 AND 100, TRUE)" for name in _RATES},
+        "survival": "length(survival) % 16 = 0 AND (length(survival) = 0) = (trajectories = 0)",
     },
     "level_fill": {"low": "low BETWEEN 0 AND high"},
     "level": {

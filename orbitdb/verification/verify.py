@@ -38,6 +38,7 @@ from orbitdb.verification.checks import (
     stored_orbits,
 )
 from orbitdb.verification.classes import classes, counts, integrity, references
+from orbitdb.verification.escapes import escapes
 from orbitdb.verification.orbits import certify, check_against, check_consistency, restart, with_bounds
 from orbitdb.verification.recomputed_levels import levels
 from orbitdb.verification.sweeps import SWEPT_ANEW, check_sweeps
@@ -64,6 +65,7 @@ PROMISES = {
     "undecided": "every class is decided before its cells in ln a become too small",
     "sweeps": "swept counts agree with the transfer matrix, fills, births and new solutions",
     "sums": "swept sums agree with new solutions",
+    "escapes": "survival in open stadiums agrees with new trajectories, and rates with a coarser matrix",
     "levels": "quantum levels agree with those found on a finer grid, in number and within their errors",
     "restarts": "other starts converge to the same orbit",
     "certificates": "ball arithmetic proves every row",
@@ -154,7 +156,7 @@ def _orbits(a: float, block: Block, scope: Scope) -> Iterator[Check]:
 
 CHECKS = (
     Part("file", integrity), Part("references", references), Part("values", values), Part("counts", counts),
-    classes, orbits, Part("births", check_births), births, levels, Part("sweeps", check_sweeps),
+    classes, orbits, Part("births", check_births), births, escapes, levels, Part("sweeps", check_sweeps),
 )  # fmt: skip
 """What is checked, in order: parts of the catalogue, and functions that yield the parts that they check."""
 
@@ -164,7 +166,7 @@ def verifiable(connection: Connection) -> list[float]:
     return [
         a
         for (a,) in connection.exec_driver_sql(
-            "SELECT a FROM stadium UNION SELECT a FROM level_fill ORDER BY a"
+            "SELECT a FROM stadium UNION SELECT a FROM level_fill UNION SELECT a FROM open_stadium ORDER BY a"
         )
         if isinstance(a, float)  # the check of all values finds those that are damaged
     ]

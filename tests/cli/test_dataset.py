@@ -32,6 +32,7 @@ def known(tmp_path_factory):
         catalogue.fill_births("2-4")
         catalogue.prove_bounds(5)
         catalogue.simulate(bounces=2000, seed=7)
+        catalogue.escape("top:-0.3:0.3", "33", trajectories=100, bounces=5)
     keep_made_levels(path)
     return str(path)
 
@@ -96,6 +97,11 @@ def test_other_tools_read_the_same_tables_as_the_catalogue(known, folder):
     assert sorted(levels) == sorted(ask(Path(known), f"SELECT {', '.join(names)} FROM level"))
     (trajectories,) = read_csv(folder / "trajectories.csv")
     assert (trajectories["a"], trajectories["seed"]) == ("1.6", "7")
+    (rates,) = read_csv(folder / "escapes.csv")
+    assert (rates["opening"], rates["without"], rates["trajectories"]) == ("top:-0.3:0.3", "33", "100")
+    assert float(rates["measure"]) == pytest.approx(0.047307, abs=1e-6)
+    survival = read_csv(folder / "survival.csv")
+    assert [row["n"] for row in survival if row["n"]] == [row["t"] for row in survival if row["t"]]
     (bounds,) = read_csv(folder / "bounds.csv")
     assert (bounds["edges"], bounds["arithmetic"]) == ("5", "doubles")
 

@@ -23,7 +23,7 @@ STADIUM = Stadium(1.6)
         ("top:a:b", "write WALL:LOW:HIGH"),
         ("top:nan:1", "has no numbers"),
         (["top::", "bottom::", "left::", "right::"], "all of the boundary is open"),
-        ((), "a closed stadium"),
+        ((), "nothing is opened"),
         (7, "write WALL:LOW:HIGH"),
     ],
 )

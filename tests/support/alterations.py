@@ -18,6 +18,7 @@ EVERYTHING = [
     ["verify", "--prove", "--p", "2-4", "--a", "1.6"],
     ["simulate", "--bounces", "3000"],
     ["bounds", "--edges", "5"],
+    ["escape", "--opening", "top:-0.3:0.3", "--trajectories", "1000", "--bounces", "10"],
 ]
 """Commands that store rows in every table, except for levels, and blocks of a sweep that is not done."""
 

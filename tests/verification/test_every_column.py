@@ -27,6 +27,10 @@ CANNOT = {
         "mean_free_path", "mean_free_path_error",
     },
     "entropy_bound": {"a", "edges", "lower", "upper", "windows", "undecided"},
+    "open_stadium": {
+        "a", "opening", "without", "trajectories", "bounces", "seed", "survival",
+        *(f"rate_{each}{error}" for each in ("leg", "time", "bounce") for error in ("", "_error")),
+    },
     "level": {"error"},
     "level_fill": {"low", "high", "seconds"},
     "sweep": {"seconds", "processor", "blocks"},
@@ -94,7 +98,7 @@ def tables(path: Path) -> dict[str, dict[str, tuple[str, bool]]]:
 
 TABLES = [
     "stadium", "run", "cycle", "element", "pruned", "orbit", "fill", "certificate", "change", "birth_fill",
-    "trajectory", "entropy_bound", "level_fill", "level", "sweep", "sweep_block",
+    "trajectory", "entropy_bound", "level_fill", "level", "sweep", "sweep_block", "open_stadium",
 ]  # fmt: skip
 
 
