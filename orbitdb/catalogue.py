@@ -24,7 +24,7 @@ from orbitdb.store.lookup import (
     default_a,
     find_words,
 )
-from orbitdb.store.paths import FileId, default_path, home_expanded, network_disk
+from orbitdb.store.paths import FileId, as_path, default_path, home_expanded, network_disk
 from orbitdb.store.selection import (
     Criteria,
     Selection,
@@ -760,7 +760,7 @@ class Catalogue:
 
         with telling(progress, "dataset") as tell, self._reading() as connection:
             chosen = self._several(selection, criteria, connection)
-            return write_dataset(connection, home_expanded(folder), chosen, force, tell)
+            return write_dataset(connection, as_path(folder), chosen, force, tell)
 
     def copy(self, target: Path | str, *, force: bool = False) -> None:
         """Copy the whole catalogue to a new file, as it is at this moment, even while others write to it.

@@ -17,10 +17,16 @@ def default_path() -> Path:
     return home_expanded(named) if named else data_folder() / "orbits.db"
 
 
-def home_expanded(path: Path | str) -> Path:
-    """Return a path with the home folder in place of ``~``, which shells leave as it is within quotes."""
+def as_path(path: Path | str) -> Path:
+    """Return a path as it is; raise `InputError` for anything else, such as a half length."""
     if not isinstance(path, str | os.PathLike):
         raise InputError(f"path = {path!r:.40}: give the path of a file; a half length is a={path!r:.40}")
+    return Path(path)
+
+
+def home_expanded(path: Path | str) -> Path:
+    """Return a path with the home folder in place of ``~``, which shells leave as it is within quotes."""
+    as_path(path)
     if not os.fspath(path):
         raise InputError("the path is empty: name a file")
     if "\0" in str(path):
