@@ -31,6 +31,7 @@ PANELS = {
     },
     "Ask": {
         "query": "Show one orbit by its code, or rows of the catalogue",
+        "count": "Count words and classes, by any columns",
         "browse": "Browse the catalogue in the terminal",
         "identify": "Find orbits by starting point, by bounces or by length",
         "sql": "Run a SELECT statement on the catalogue",

@@ -5,7 +5,7 @@ The catalogue
     methods return a `Subset` (rows as arrays), a `Listing` (rows one by one), `OrbitClasses` (one row per
     class), a `Result` (a table by period), a `Histogram`, `Births` (a list of `Life`), `EntropyBounds`, a
     `Reference`, `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, a `SqlResult`, `Info`,
-    `Contents`, a `Dataset`, `Counted`, `Need` (an estimate), a `Migration`, or `Rows` (a list) of `Fill`,
+    `Contents`, a `Dataset`, `Need` (an estimate), a `Migration`, or `Rows` (a list) of `Fill`,
     `Sweep`, `BirthFill` or `Scar`. `FieldOrbits` are words in a magnetic field. A `Trajectory` has the
     orbits that it shadows as `Followed`, and `Candidates` are a list of `Candidate`, orbits with a given
     length.
@@ -49,7 +49,6 @@ if TYPE_CHECKING:  # isort: off
         Followed as Followed,
         Trajectory as Trajectory,
     )
-    from orbitdb.answers.completeness import Counted as Counted
     from orbitdb.answers.dataset import Dataset as Dataset
     from orbitdb.answers.histogram import Histogram as Histogram
     from orbitdb.answers.info import Info as Info
@@ -97,7 +96,6 @@ _HOMES = {
     "billiard.stadium": ("Stadium",),
     "catalogue": ("Catalogue",),
     "answers.identification": ("Candidate", "Candidates", "Followed", "Trajectory"),
-    "answers.completeness": ("Counted",),
     "answers.dataset": ("Dataset",),
     "answers.histogram": ("Histogram",),
     "answers.info": ("Info",),

@@ -1,14 +1,13 @@
 """`Catalogue`, the main class of the library: a database of periodic orbits to fill, query and check."""
 
 import math
-from collections import Counter
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from copy import copy
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack, overload
+from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack, cast, overload
 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import Rows
@@ -41,7 +40,6 @@ if TYPE_CHECKING:
     import sqlalchemy
     from numpy.typing import ArrayLike
 
-    from orbitdb.answers.completeness import Counted
     from orbitdb.answers.dataset import Dataset
     from orbitdb.answers.field import FieldOrbits
     from orbitdb.answers.histogram import Histogram
@@ -518,40 +516,50 @@ class Catalogue:
         names = VIEWED if given is None else tuple(as_texts("columns", given))
         return Listing(self._reading, chosen, names, order, most, first, classes)
 
+    @overload
+    def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int: ...
+    @overload
+    def count(
+        self,
+        selection: "Selection | Sequence[Selection] | None" = None,
+        *,
+        by: str | Sequence[str],
+        **criteria: Unpack[Criteria],
+    ) -> "Result": ...
     @with_criteria
-    def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int:
-        """Return the number of words in a chosen subset, given as in `select`."""
-        from orbitdb.store.select import count
+    def count(
+        self,
+        selection: "Selection | Sequence[Selection] | None" = None,
+        *,
+        by: str | Sequence[str] | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "int | Result":
+        """Return the number of words in a chosen subset, given as in `select`.
 
-        return self._answer(count, selection, criteria)
+        With `by`, return a table of the numbers of words and classes instead.
 
-    @with_criteria
-    def counts(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "Counted":
-        """Return the counts of the paper's Table 1, taken from a fill, a sweep, or births.
-
-        The only parameters are ``a`` and ``p``; by default, it counts all stored periods.
-        """
-        from orbitdb.answers.completeness import counts
-
-        return self._answer(counts, selection, criteria)
-
-    @with_criteria
-    def tally(
-        self, columns: Sequence[str], selection: Selection | None = None, **criteria: Unpack[Criteria]
-    ) -> dict[str, Counter[Any]]:
-        """Count the words of a chosen subset, given as in `select`, by the values of each of some columns.
-
-        Words without a value are counted under None. The columns are those whose values all words of a class
-        share, such as ``status`` or ``symmetry``.
+        Parameters
+        ----------
+        by : str or sequence of str, optional
+            One or several columns, such as ``status`` or ``"p,status"``, whose values all words of a class
+            share: the table has a row for each combination of values, missing ones last. Without a
+            column (``[]``), it has a single row. Several ``a`` give one table, whose first column is ``a``.
 
         Examples
         --------
-        >>> catalogue.tally(["status"], p=3)
-        {'status': Counter({'orbit': 8})}
+        >>> catalogue.count(p=3), catalogue.count(p="2-3", by="p")
+        (8, p  words  classes
+        2      1        1
+        3      8        2)
         """
-        from orbitdb.answers.histogram import tally
+        if by is None:
+            from orbitdb.store.select import count
 
-        return self._answer(tally, selection, criteria, tuple(as_texts("columns", columns)))
+            return self._answer(count, cast("Selection | None", selection), criteria)
+        from orbitdb.answers.histogram import count_by
+
+        named = [name.strip() for name in by.split(",")] if isinstance(by, str) else by
+        return self._result(count_by, selection, criteria, as_texts("by", named))
 
     @with_criteria
     def histogram(

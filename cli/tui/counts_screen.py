@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.style import Style
@@ -17,6 +17,7 @@ from textual.widgets import Footer, OptionList
 from textual.widgets.option_list import Option
 
 from orbitdb.answers.histogram import COUNTABLE, MEASURED, Histogram
+from orbitdb.answers.results import Result
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.dialogs import ListDialog, NameList
@@ -48,11 +49,12 @@ class Count(NamedTuple):
     condition: str
 
 
-def counts_by(column: str, counts: Mapping[Any, int]) -> list[Count]:
+def counts_by(column: str, counted: Result) -> list[Count]:
     """Return the count of each value of a column, in the order of the values; rows without one come last."""
-    values: list[Any] = sorted(value for value in counts if value is not None)
-    valued = [Count(number(column, value), counts[value], equals(column, value)) for value in values]
-    return valued + _without(column, counts.get(None, 0))
+    return [
+        Count("without" if value is None else number(column, value), words, equals(column, value))
+        for value, words in counted.rows((column, "words"))
+    ]
 
 
 def counts_in(column: str, histogram: Histogram) -> list[Count]:
@@ -178,10 +180,10 @@ class CountsScreen(OwnScreen[str | None]):
         """Return the counts by each of the columns `_BY`, and a note on partial periods."""
         chosen = self._selection
         with self._catalogue.snapshot(cancelled) as then:
-            tallies = then.tally(_BY, chosen)
+            tallies = {name: then.count(chosen, by=[name]) for name in _BY}
             fills = then.fills(a=chosen.a)
         partly = ", ".join(str(fill.p) for fill in fills if chosen.includes(fill.p) and not fill.complete)
-        groups = {name: counts_by(name, counts) for name, counts in tallies.items()}
+        groups = {name: counts_by(name, counted) for name, counted in tallies.items()}
         return groups, f"partial periods: {partly}" if partly else ""
 
     def _show_tallies(self, tallies: tuple[dict[str, list[Count]], str]) -> None:
@@ -194,7 +196,7 @@ class CountsScreen(OwnScreen[str | None]):
         """Return the counts of the values of a column, or of ranges of its values, and a note."""
         with self._catalogue.snapshot(cancelled) as then:
             if column not in MEASURED:  # integers or texts
-                return counts_by(column, then.tally([column], self._selection)[column]), ""
+                return counts_by(column, then.count(self._selection, by=[column])), ""
             binned = then.histogram(column, self._selection, bins=bins)
         even = "bins of equal width in the logarithm" if binned.logarithmic else ""
         return counts_in(column, binned), even

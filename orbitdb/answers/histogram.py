@@ -1,17 +1,19 @@
-"""How often each value of a column occurs in a subset: `Catalogue.tally` and `Catalogue.histogram`."""
+"""How often each value of a column occurs in a subset: `Catalogue.count` and `Catalogue.histogram`."""
 
 import math
-from collections import Counter
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from orbitdb.answers.completeness import gaps
+from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Integers
 from orbitdb.columns import IN_CATALOGUE
+from orbitdb.display import columns_of
 from orbitdb.errors import check_int
 from orbitdb.store.select import WORDS, Words, arrays_of, counts_by
-from orbitdb.store.selection import Selection, unknown_column
+from orbitdb.store.selection import Selection, SelectionError, unknown_column
 from orbitdb.store.sqlite import Connection
 
 _NAMES = ("a", "cycle", "representative", "code", "element", "area")
@@ -52,15 +54,17 @@ class Histogram(NamedTuple):
     logarithmic: bool
 
 
-def tally(connection: Connection, selection: Selection, columns: Sequence[str]) -> dict[str, Counter[Any]]:
-    """Count the words of a subset by the values of each of some columns (`Catalogue.tally`)."""
-    for name in columns:
+def count_by(connection: Connection, selection: Selection, by: Sequence[str]) -> Result:
+    """Count the words and classes of a subset by the values of some columns (`Catalogue.count`)."""
+    for name in by:
         if name not in COUNTABLE:
             raise unknown_column(name, COUNTABLE)
-    return {
-        name: Counter({value: words for value, words, _ in counts_by(connection, selection, [name])})
-        for name in columns
-    }
+    if twice := [name for place, name in enumerate(by) if name in by[:place]]:
+        raise SelectionError(f"column {twice[0]!r} is named twice")
+    rows = [row for row in counts_by(connection, selection, by) if row[-1]]
+    rows.sort(key=lambda row: [(value is None, value) for value in row[:-2]])  # missing values come last
+    notes = gaps(connection, selection, names=by, empty=not rows)
+    return Result(selection, columns_of((*by, "words", "classes"), rows), (), tuple(notes))
 
 
 def histogram(connection: Connection, selection: Selection, column: str, bins: int) -> Histogram:

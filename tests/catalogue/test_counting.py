@@ -1,5 +1,7 @@
 """Counts by period, whose divisors can come from any source."""
 
+import json
+
 import pytest
 from quick import slow_but
 
@@ -56,3 +58,27 @@ def test_sums_are_empty_if_a_divisor_is_missing(tmp_path):
     assert found["N"] == found["K_0"] == [None, None]
     assert None not in found["N_c"]
     assert any("p = 6: N also needs p = 2, 3" in note for note in found.notes)
+
+
+def test_counts_by_columns_are_those_of_the_command_and_the_table(varied, cli):
+    catalogue = Catalogue(varied, 1.6)
+    asked = ("--p", "2-6", "--status", "all", "--by", "p,status", "--a", "1.6", "--db", str(varied), "--json")
+    rows = [tuple(row.values()) for row in json.loads(cli("count", *asked).out)]
+    found = catalogue.count(p="2-6", status="all", by="p,status")
+    assert [*found.rows()] == rows
+    of_orbits = [words for _, status, words, _ in rows if status == "orbit"]
+    assert of_orbits == catalogue.table(p="2-6")["N_c"]
+    assert sum(row[2] for row in rows) == catalogue.count(p="2-6", status="all")
+    every = catalogue.count(p=3, by=["status"], status="orbit", a=[1.6, 1.0])
+    assert [*every.rows()] == [(1.6, "orbit", 8, 2), (1.0, "orbit", 8, 2)]
+    listed = json.loads(
+        cli("count", "--p", "3", "--status", "orbit", "--a", "all", "--db", str(varied), "--json").out
+    )
+    assert listed == [{"a": 1.0, "words": 8, "classes": 2}, {"a": 1.6, "words": 8, "classes": 2}]
+
+
+def test_a_period_that_is_not_filled_has_no_count_but_a_note(varied, cli):
+    none = cli("count", "--p", "9", "--a", "1.6", "--db", str(varied))
+    assert none.says(1, "period 9 is not filled at a = 1.6")
+    assert len(Catalogue(varied, 1.6).count(p=9, by="p")) == 0
+    assert cli("count", "--by", "p,p", "--db", str(varied)).says(2, "column 'p' is named twice")

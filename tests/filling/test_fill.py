@@ -8,7 +8,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from contents import alter, ask, before_statements, content, made
+from contents import alter, ask, before_statements, content, counts_of, made
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
@@ -224,11 +224,11 @@ def test_a_run_records_its_command_and_parameters(born):
 @pytest.mark.parametrize(("a", "p", "boundary"), [(1.0, 6, 32), (1.6, 5, 0)])
 def test_fills_and_births_give_the_same_counts(born, a, p, boundary):
     """The counts include orbits through a joint."""
-    before = Catalogue(born).counts(a=a)
+    before = counts_of(Catalogue(born), a=a)
     assert before.from_births == tuple(range(2, 7))
-    assert Catalogue(born).counts(a=a, p="3-4").from_births == (3, 4)
+    assert counts_of(Catalogue(born), a=a, p="3-4").from_births == (3, 4)
     made(born, fill_periods(born, a, [p]))
-    after = Catalogue(born).counts(a=a)
+    after = counts_of(Catalogue(born), a=a)
     assert p not in after.from_births
     assert after.tallies == before.tallies
     assert after.tallies[p].boundary == boundary

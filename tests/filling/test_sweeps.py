@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contents import alter, answer, ask, whole
+from contents import alter, answer, ask, counts_of, whole
 from quick import slow_but
 from sqlalchemy import Connection, Engine, event
 from there import there
@@ -51,13 +51,13 @@ def test_sweeps_have_the_counts_and_sums_of_fills(tmp_path, a):
     found = swept(path, a)
     with closing(Catalogue(path)) as catalogue:
         swept_rules = there(sum_rules_of(answer(path, read_complete_periods, Selection(a), swept=True)))
-        swept_counts = catalogue.counts(a=a)
+        swept_counts = counts_of(catalogue, a=a)
     list(fill_periods(path, a, PERIODS))
     with closing(Catalogue(path)) as catalogue:
         rules = there(sum_rules_of(answer(path, read_complete_periods, Selection(a), swept=True)))
         fills = {fill.p: fill for fill in catalogue.fills(a=a)}
         rows = catalogue.classes(a=a, status="orbit").by_period()
-        assert swept_counts.tallies == catalogue.counts(a=a).tallies
+        assert swept_counts.tallies == counts_of(catalogue, a=a).tallies
     for p in PERIODS:
         fill, tally, sums = fills[p], found[p].tally, PeriodSums.of(rows[p], p)
         swept_sums = there(found[p].sums)
@@ -99,7 +99,7 @@ def test_an_unfinished_sweep_has_no_sums_and_is_not_counted(tmp_path):
     with closing(Catalogue(path)) as catalogue:
         (begun,) = catalogue.sweeps(a=1.6)
         assert (begun.complete, begun.blocks, begun.sums) == (False, 1, None)
-        assert catalogue.counts(a=1.6).chosen == ()
+        assert counts_of(catalogue, a=1.6).chosen == ()
         known = answer(path, read_complete_periods, Selection(1.6), swept=True)
         assert (known.highest, known.swept, known.cycles().tolist()) == (0, {}, [0])
 

@@ -92,7 +92,7 @@ def test_births_draw_the_number_of_orbits_at_each_a(tmp_path):
     ax = births.plot()
     a, orbits = ax.get_lines()[0].get_data()
     for at in (0.3, 1.0, 1.6):
-        counted = catalogue.counts(a=at, p=5).tallies[5].n_c
+        (counted,) = catalogue.table(a=at, p=5)["N_c"]
         assert np.asarray(orbits)[np.searchsorted(np.asarray(a), at, side="right") - 1] == counted
     assert len(births.to_pandas()) == len(births)
     with pytest.raises(ValueError, match="no births"):

@@ -4,7 +4,7 @@ from contextlib import closing
 
 import numpy as np
 import pytest
-from contents import alter, ask, whole
+from contents import alter, ask, counts_of, whole
 from there import there
 
 from orbitdb import Catalogue, InputError, Selection
@@ -137,20 +137,20 @@ def test_an_a_with_sweeps_or_levels_alone_is_listed_as_such(catalogue, awkward, 
     assert catalogue.a_values() == [0.3, 1.6, 2.0, 2.5, 3.0]
     assert catalogue.a_values(orbits=True) == [0.3, 1.6, 2.5, 3.0]
     assert 1.0 in catalogue.a_values(with_levels=True)
-    swept = catalogue.counts(a=2.5)
+    swept = counts_of(catalogue, a=2.5)
     assert (swept.from_sweeps, swept.from_births) == ((6,), (2, 3, 4, 5, 7))
     assert [*catalogue.rows(a=2.5)] == []
     counted = {a: catalogue.table(a=a, p=6)["N_c"] for a in (2.5, 3.0)}
     assert counted == {
         a: [sweep.tally.n_c for sweep in catalogue.sweeps(a=a) if sweep.p == 6] for a in counted
     }
-    assert catalogue.counts(p=8).chosen == (8,)
-    assert catalogue.counts(a=3, p="7-8").from_births == (7,)
+    assert counts_of(catalogue, p=8).chosen == (8,)
+    assert counts_of(catalogue, a=3, p="7-8").from_births == (7,)
 
 
 def test_periods_that_are_filled_and_swept_count_once(catalogue):
     """At a = 0.3, periods 6 and 7 are both, and the sweep of period 8 was stopped."""
-    assert catalogue.counts(a=0.3).from_sweeps == ()
+    assert counts_of(catalogue, a=0.3).from_sweeps == ()
     assert catalogue.lyapunov(a=0.3, p="6-8")["p"] == [6, 7]
     rows = [(a, p, state) for a, p, state, *_ in catalogue.info(facts=False).rows]
     assert [row for row in rows if row[0] == 0.3] == [
@@ -161,9 +161,9 @@ def test_periods_that_are_filled_and_swept_count_once(catalogue):
 
 
 def test_counts_are_of_the_chosen_periods_wherever_they_come_from(catalogue):
-    chosen = catalogue.counts(a=3, p="4-7")
+    chosen = counts_of(catalogue, a=3, p="4-7")
     assert (chosen.chosen, chosen.from_sweeps, chosen.from_births) == ((4, 5, 6, 7), (4, 5, 6), (7,))
-    assert catalogue.counts(a=2.5, p="4-6").from_births == (4, 5)
+    assert counts_of(catalogue, a=2.5, p="4-6").from_births == (4, 5)
     assert catalogue.table(a=3, p="4-5")["p"] == [4, 5]
 
 

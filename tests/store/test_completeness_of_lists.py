@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from contents import alter, answer, before_statements, made
+from contents import alter, answer, before_statements, counts_of, made
 from quick import slow_but
 from there import there
 
@@ -120,9 +120,9 @@ def test_missing_births_are_reported_only_if_needed(varied):
 
 def test_unfinished_births_of_a_period_count_nothing(tmp_path, cli):
     assert cli("births", "--p", "5").code == 0
-    assert Catalogue(tmp_path / "orbits.db").counts(a=0.7).chosen == (2, 3, 4, 5)
+    assert counts_of(Catalogue(tmp_path / "orbits.db"), a=0.7).chosen == (2, 3, 4, 5)
     alter(tmp_path / "orbits.db", "UPDATE birth_fill SET state = 'filling' WHERE p = 5")
-    assert Catalogue(tmp_path / "orbits.db").counts(a=0.7).chosen == (2, 3, 4)
+    assert counts_of(Catalogue(tmp_path / "orbits.db"), a=0.7).chosen == (2, 3, 4)
 
 
 SENTENCE = (

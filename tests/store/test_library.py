@@ -114,7 +114,6 @@ def test_an_orbit_of_a_subset_reads_its_bounces_when_asked(catalogue):
     [
         lambda c: c.table(status="dynamical"),
         lambda c: c.table(Selection(time_reversal="self")),
-        lambda c: c.counts(lambda_c=(0.3, None)),
         lambda c: c.select(parameters={"cut": 3}),
         lambda c: c.select(Selection(), p=3),
         lambda c: c.identify(points=[(0, 1), (0, -1), (1, 1)], bounces=3),

@@ -6,7 +6,7 @@ import io
 import itertools
 import json
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 
 import model
 import numpy as np
@@ -109,11 +109,20 @@ def test_classes_agree_with_a_list(asked, criteria):
 
 
 @given(criteria=CRITERIA, names=st.sampled_from([("status", "p"), ("symmetry", "walls"), ("p",)]))
-def test_tallies_agree_with_a_list(asked, criteria, names):
+def test_counts_agree_with_a_list(asked, criteria, names):
     catalogue, rows = asked
-    wanted = model.columns_of(expected(rows, criteria), names)
-    found = catalogue.tally(names, **criteria)
-    assert found == {name: Counter(row[place] for row in wanted) for place, name in enumerate(names)}
+    wanted = expected(rows, criteria)
+    values = model.columns_of(wanted, names)
+    words, classes = Counter(values), defaultdict(set)
+    for row, of_row in zip(wanted, values, strict=True):
+        classes[of_row].add(row["representative"] or row["code"])
+    found = list(catalogue.count(by=names, **criteria).rows())
+    assert found == sorted(
+        ((*value, words[value], len(classes[value])) for value in words),
+        key=lambda row: [(value is None, value) for value in row],
+    )
+    every = {row["representative"] or row["code"] for row in wanted}
+    assert [*catalogue.count(by=[], **criteria).rows()] == [(len(wanted), len(every))] * bool(wanted)
 
 
 @given(criteria=CRITERIA, column=st.sampled_from(["length", "lambda_c", "born"]), bins=st.integers(2, 40))

@@ -106,7 +106,7 @@ def test_bins_have_round_edges(filled_once):
 @pytest.mark.parametrize("column", ["code", "element", "area", "cycle", "lenght"])
 def test_only_columns_that_all_words_of_a_class_share_are_counted(filled_once, column):
     """The signed area differs between mirror images, so the representative's cannot stand for all words."""
-    for count in (lambda c: c.tally([column]), lambda c: c.histogram(column), lambda c: c.histogram("p")):
+    for count in (lambda c: c.count(by=[column]), lambda c: c.histogram(column), lambda c: c.histogram("p")):
         with pytest.raises(InputError, match="the columns are"):
             count(Catalogue(filled_once))
 

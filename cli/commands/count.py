@@ -1,0 +1,44 @@
+"""``orbitdb count``: how many words and classes there are."""
+
+from typing import Annotated
+
+import typer
+
+from orbitdb.cli import options
+from orbitdb.cli.grids import many_a
+from orbitdb.cli.options import SelectionOptions
+from orbitdb.cli.output import Output, notes
+from orbitdb.cli.snapshots import snapshot
+
+EXAMPLES = (
+    "count --p 11",
+    "count --by p,status --status all",
+    "count --by time_reversal --where 'lambda_c < 0.4' --a all",
+)
+
+
+def count(
+    *,
+    by: Annotated[
+        str | None,
+        typer.Option(
+            metavar="COLUMNS",
+            help="One row for each combination of values of these columns, separated by commas.",
+            autocompletion=options.offered_columns,
+        ),
+    ] = None,
+    a: options.StoredHalfLengths = None,
+    choice: SelectionOptions,
+    output: Output,
+    db: options.Database,
+) -> None:
+    """Count the chosen words, and the symmetry classes that they belong to.
+
+    The options choose words as those of query do. The columns of --by are those whose values all words of a
+    class share, such as p, status or symmetry; words without a value come last.
+    """
+    with snapshot(db, a, choice) as (catalogue, selections):
+        found = catalogue.count(selections if many_a(a) else selections[0], by=by or [])
+    notes(found.notes)
+    if not output.write([*found.columns], found.rows()):
+        raise typer.Exit(1)
