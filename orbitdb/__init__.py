@@ -21,6 +21,7 @@ The open stadium
     openings are `Opening`.
 Quantum levels
     `levels` computes all levels of a stadium in a range of k, and `waves` the `Wave` of each level.
+    `read_levels` reads a list of levels from a file.
 Errors
     The messages of `InputError`, `StoreError` and `WorkError` say in one line what is wrong and what to do.
 
@@ -73,6 +74,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.orbits.status import Status as Status
     from orbitdb.quantum.missing_levels import Assessment as Assessment
     from orbitdb.quantum.exact_levels import Levels as Levels, levels as levels
+    from orbitdb.quantum.level_files import read_levels as read_levels
     from orbitdb.quantum.length_spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
     from orbitdb.store.selection import Selection as Selection
@@ -121,6 +123,7 @@ _HOMES = {
     "quantum.missing_levels": ("Assessment",),
     "quantum.exact_levels": ("Levels", "levels"),
     "quantum.length_spectrum": ("Spectrum",),
+    "quantum.level_files": ("read_levels",),
     "quantum.waves": ("Wave", "waves"),
     "store.selection": ("Selection",),
     "store.lives": ("Life",),

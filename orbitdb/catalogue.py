@@ -1398,11 +1398,12 @@ class Catalogue:
 
     def spectrum(
         self,
-        lengths: "ArrayLike" = (1.0, 12.0),
+        lengths: "ArrayLike | None" = None,
         *,
-        points: int = 500,
-        k_max: float | None = None,
+        resolution: int = 500,
+        k: "ArrayLike | None" = None,
         levels: "ArrayLike | None" = None,
+        window: bool = False,
         parity: str | None = None,
         a: float | None = None,
     ) -> "Spectrum":
@@ -1413,20 +1414,25 @@ class Catalogue:
         Parameters
         ----------
         lengths : (float, float), optional
-            Range of lengths, in units of the radius.
-        points : int, optional
+            Range of lengths, in units of the radius; by default from 1 to beyond 4 (1 + a).
+        resolution : int, optional
             Number of lengths in the range.
-        k_max : float, optional
-            End of the window in k, in 1/radius; by default where the levels end, or 30 without levels.
+        k : float or (float, float), optional
+            Upper end, or both ends, of the range of k in 1/radius; by default the range of the levels, or up
+            to 30 without levels. Only a window can begin above 0.
         levels : array-like, shape (N,), optional
-            All levels k, beginning with the lowest; by default the stored ones.
+            All levels k, beginning with the lowest unless they are a window; by default the stored ones.
+        window : bool, optional
+            Whether the levels begin with any level.
         parity : str, optional
             ``ee``, ``eo``, ``oe`` or ``oo``; by default the levels of all parities together.
         """
         from orbitdb.answers.level_lists import read_spectrum
 
         with self._reading() as connection:
-            return read_spectrum(connection, self._at(a, connection), lengths, points, k_max, levels, parity)
+            return read_spectrum(
+                connection, self._at(a, connection), lengths, resolution, k, levels, window, parity
+            )
 
     def levels(
         self,
@@ -1500,6 +1506,7 @@ class Catalogue:
         self,
         levels: "Mapping[Parity, ArrayLike] | None" = None,
         *,
+        window: bool = False,
         parity: "Parity | str | None" = None,
         a: float | None = None,
     ) -> "Result":
@@ -1508,7 +1515,10 @@ class Catalogue:
         Parameters
         ----------
         levels : mapping of Parity to array-like, shape (N,), optional
-            The levels of each parity, beginning with the lowest; by default the stored ones.
+            The levels of each parity, beginning with the lowest unless they are a window; by default the
+            stored ones.
+        window : bool, optional
+            Whether the levels begin with any level.
         parity : str, optional
             ``ee``, ``eo``, ``oe`` or ``oo``; by default the stored levels of all four.
         """
@@ -1522,8 +1532,8 @@ class Catalogue:
                 levels = {of: levels_from_zero(connection, at, of).k for of in parities_of(parity)}
             if not isinstance(levels, Mapping):
                 raise InputError("levels: give the levels of each parity, such as {'oo': k}")
-            own = {of: check_levels(k, Stadium(at), of) for of, k in levels.items()}
-            return level_statistics(connection, at, own)
+            own = {of: check_levels(k, Stadium(at), of, window) for of, k in levels.items()}
+            return level_statistics(connection, at, own, window)
 
     def stored_counterparts(self, levels: "Levels") -> list[float | None]:
         """Return, for each level from orbits, the stored level with the same number, or None."""

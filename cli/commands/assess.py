@@ -31,9 +31,6 @@ def assess(
     fit_radius: Annotated[
         bool, typer.Option("--fit-radius", help="Fit the radius, which must be known to half a per cent.")
     ] = False,
-    window: Annotated[
-        bool, typer.Option("--window", help="The list may begin with any level; tell which one it is.")
-    ] = False,
     noise: Annotated[float, options.number_option(help="Scatter of the levels, in mean spacings.")] = 0.0,
     numbers: Annotated[
         bool, typer.Option("--numbers", help="Instead, show the true number of each level of the list.")
@@ -60,9 +57,9 @@ def assess(
     balls removed as well (balls: out).
     """
     if given.levels is None:
-        options.refuse_idle(context, "without FILE", *OF_FILE, "fit_radius", "window", "noise")
+        options.refuse_idle(context, "without FILE", *OF_FILE, "fit_radius", "noise")
     if statistics:
-        options.refuse_idle(context, "with --statistics", "fit_radius", "window", "numbers", "noise")
+        options.refuse_idle(context, "with --statistics", "fit_radius", "numbers", "noise")
         _show_statistics(given, a, output, db)
         return
     parity, error = given.of_one(), given.radius_error
@@ -72,7 +69,7 @@ def assess(
         assessment = catalogue.assess(
             read,
             parity=parity,
-            window=window,
+            window=given.window,
             fit_radius=fitted,
             radius_error=error,
             noise=noise,
@@ -91,7 +88,7 @@ def assess(
         uses = "; the k above use it" if count else ""
         note(f"radius {scaled} {'m' if given.radius else 'times the one you used'}{uses}")
     notes([*assessment.notes, assessment.verdict()])
-    if assessment.gaps or not assessment.fits:
+    if assessment.gaps or assessment.short or not assessment.fits:
         raise typer.Exit(1)
 
 
@@ -103,6 +100,6 @@ def _row(gap: "Gap") -> list[Any]:
 def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output, db: Path) -> None:
     """Show the statistics of the levels of each parity, and of random matrices and random numbers."""
     with snapshot_at(db, asked) as (catalogue, at):
-        found = catalogue.level_statistics(given.by_parity(catalogue, at), a=at)
+        found = catalogue.level_statistics(given.by_parity(catalogue, at), window=given.window, a=at)
     output.write([*found.columns], found.rows())
     notes(found.notes)

@@ -11,7 +11,7 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.given_levels import OF_FILE, GivenLevels
+from orbitdb.cli.given_levels import OF_FILE, GivenLevels, Lengths, read_range
 from orbitdb.cli.grids import Asked, GivenValues, many_a, named
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import code_text, note, notes, progress
@@ -92,7 +92,13 @@ def plot(
         options.count_option("--limit", "-n", least=1, help="Maximum number of orbits to draw on a sheet."),
     ] = 120,
     given: GivenLevels,
-    k: Annotated[float | None, options.number_option(help="Draw the level nearest to this k.")] = None,
+    lengths: Lengths = None,
+    k: Annotated[
+        str | None,
+        typer.Option(
+            metavar="K or LOW:HIGH", help="Of a wave, the level nearest to K; of a spectrum, its range of k."
+        ),
+    ] = None,
     kappa: options.Kappa = None,
     size: Annotated[
         str | None,
@@ -127,12 +133,13 @@ def plot(
         "limit": limit,
         "order": order,
         "grid": named(a) or (),
+        "lengths": None if lengths is None else read_range("--lengths", lengths),
         "kappa": [*chain.from_iterable(kappa or ())],
     }
     try:
         with progress("drawing"), style.sized(inches):
             if figure.source == "catalogue":
-                made = _of_catalogue(figure, choice, given, values, a, db)
+                made = _of_catalogue(figure, choice, given, k, values, a, db)
             elif figure.source == "wave":
                 made = _of_wave(figure, codes, k, given, a, db)
             else:
@@ -218,16 +225,24 @@ def _size(text: str | None) -> tuple[float, float | None] | None:
 
 
 def _of_catalogue(
-    figure: Figure, choice: SelectionOptions, given: GivenLevels, values: dict[str, Any], a: Asked, db: Path
+    figure: Figure,
+    choice: SelectionOptions,
+    given: GivenLevels,
+    k: str | None,
+    values: dict[str, Any],
+    a: Asked,
+    db: Path,
 ) -> "Picture":
     """Draw what a catalogue contains: a chosen subset, or its levels."""
     every_a = "a" not in figure.takes or "grid" in figure.passes
     with snapshot(db, USUAL_A if every_a else a, choice) as (catalogue, chosen):
         if "levels" in figure.passes:
             parity = given.of_one()
-            values |= {"parity": parity, "levels": given.read(parity)}
+            values |= {"parity": parity, "levels": given.read(parity), "window": given.window}
         if "parts" in figure.passes:
-            values["parts"] = given.by_parity(catalogue, chosen[0].a)
+            values |= {"parts": given.by_parity(catalogue, chosen[0].a), "window": given.window}
+        if "k" in figure.passes:
+            values["k"] = None if k is None else read_range("--k", k)
         return _draw(figure, values, catalogue, *chosen)
 
 
@@ -238,12 +253,16 @@ def _draw(figure: Figure, values: dict[str, Any], *what: Any) -> "Picture":
 
 
 def _of_wave(
-    figure: Figure, codes: Sequence[str], k: float | None, given: GivenLevels, a: Asked, db: Path
+    figure: Figure, codes: Sequence[str], k: str | None, given: GivenLevels, a: Asked, db: Path
 ) -> "Picture":
     """Draw the wave of the level nearest to k; if a code is given, draw its orbit on top."""
     from orbitdb.quantum.waves import nearest_wave
 
-    if k is None or not 0 < k < _MOST_K:
+    try:
+        near = 0.0 if k is None else real(k)
+    except ValueError:
+        near = 0.0
+    if not 0 < near < _MOST_K:
         raise InputError(f"give the level, above 0 and below {_MOST_K:g}, such as --k 20.17")
     if (parity := given.of_one()) is None:
         raise InputError("name one parity, such as --parity ee")
@@ -251,7 +270,7 @@ def _of_wave(
         raise InputError("name one orbit at most")
     at, orbits = _orbits(codes, a, db)
     orbit = next(iter(orbits), None)
-    return _draw(figure, {}, nearest_wave(at, k, parity), orbit)
+    return _draw(figure, {}, nearest_wave(at, near, parity), orbit)
 
 
 def _of_words(figure: Figure, codes: Sequence[str], values: dict[str, Any], a: Asked, db: Path) -> "Picture":

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.given_levels import OF_FILE, GivenLevels, Parities, read_range
+from orbitdb.cli.given_levels import OF_FILE, GivenLevels, Lengths, Parities, read_range
 from orbitdb.cli.output import Output, note, notes, progress
 from orbitdb.cli.snapshots import primitive, snapshot_at, solving
 from orbitdb.errors import InputError
@@ -13,10 +13,11 @@ from orbitdb.text import real
 
 EXAMPLES = {
     "spectrum": (
-        "spectrum --range 3:11 --json",
-        "spectrum --parity oo --k-max 25 --format csv",
+        "spectrum --lengths 3:11 --json",
+        "spectrum --parity oo --k 0:25 --format csv",
         "spectrum --levels measured.csv --peaks",
-        "spectrum --terms --parity oo --range 0:12",
+        "spectrum --levels window.csv --window --parity oo --k 771:777",
+        "spectrum --terms --parity oo --lengths 0:12",
     ),
     "scars": (
         "scars 13 --k 20:22",
@@ -31,13 +32,14 @@ PEAKS = ("length", "height", "code", "repetitions", "total", "strength")
 def spectrum(
     *,
     context: typer.Context,
-    lengths: Annotated[
-        str, typer.Option("--range", metavar="FROM:TO", help="Range of lengths, in units of the radius.")
-    ] = "1:12",
-    points: Annotated[int, options.count_option(help="Number of lengths.", least=2)] = 500,
-    k_max: Annotated[
-        float | None,
-        options.number_option(help="Upper end of the window in k [default: where the levels end, or 30]."),
+    lengths: Lengths = None,
+    resolution: Annotated[int, options.count_option(help="Number of lengths.", least=2)] = 500,
+    k: Annotated[
+        str | None,
+        typer.Option(
+            metavar="LOW:HIGH",
+            help="Range of k, above 0 only with --window [default: that of the levels, or 0:30].",
+        ),
     ] = None,
     given: GivenLevels,
     peaks: Annotated[
@@ -53,20 +55,28 @@ def spectrum(
 ) -> None:
     """Show the length spectrum: the Fourier transform of the density of levels, and the orbits' part in it.
 
-    Its peaks lie at the lengths of orbits. The window function is sin^4(pi k / k_max). --terms lists instead
-    each term Re(A exp(i k l)) of the density of levels: with --parity, those of a quarter stadium, in which
-    a symmetric orbit closes after half of its length. repetition counts traversals of the orbit or half
-    orbit; length, lyapunov and index are those of all of them. A is sign times |A| exp(-i pi index / 2).
+    Its peaks lie at the lengths of orbits. Levels count with sin^4 over their range of k, 0 at its ends.
+    --terms lists instead each term Re(A exp(i k l)) of the density of levels: with --parity, those of a
+    quarter stadium, in which a symmetric orbit closes after half of its length. repetition counts traversals
+    of the orbit or half orbit; length, lyapunov and index are those of all of them. A is sign times |A|
+    exp(-i pi index / 2).
     """
-    low, high = read_range("--range", lengths.removeprefix("length="))
     if terms:
-        options.refuse_idle(context, "with --terms", "points", "peaks", "levels")
+        options.refuse_idle(context, "with --terms", "resolution", "peaks", "levels")
     if given.levels is None:
         options.refuse_idle(context, "without --levels", *OF_FILE)
     parity = given.of_one()
     read = given.read(parity)
     with progress("summing orbits"), snapshot_at(db, a) as (catalogue, at):
-        result = catalogue.spectrum((low, high), points=points, k_max=k_max, levels=read, parity=parity, a=at)
+        result = catalogue.spectrum(
+            None if lengths is None else read_range("--lengths", lengths),
+            resolution=resolution,
+            k=None if k is None else read_range("--k", k),
+            levels=read,
+            window=given.window,
+            parity=parity,
+            a=at,
+        )
     if terms:
         from orbitdb.quantum.length_spectrum import TERMS
 

@@ -7,9 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from orbitdb.arrays import Floats
-from orbitdb.billiard.stadium import Stadium
 from orbitdb.plots.style import BLUE, ORANGE, SMALL, Picture, figure
-from orbitdb.quantum.weyl import Parity, begins_at_zero
+from orbitdb.quantum.weyl import Parity
 from orbitdb.store.selection import Selection
 
 if TYPE_CHECKING:
@@ -27,13 +26,13 @@ _MOST_NAMES = 12
 
 
 def assess(
-    catalogue: "Catalogue", chosen: Selection, levels: Floats | None = None, parity: Parity | None = None
+    catalogue: "Catalogue",
+    chosen: Selection,
+    levels: Floats | None = None,
+    parity: Parity | None = None,
+    window: bool = False,
 ) -> Picture:
-    """Draw the excess of each level, which increases by 1 at a missing level.
-
-    A list that cannot begin with the lowest level is taken as a window.
-    """
-    window = levels is not None and not begins_at_zero(levels, Stadium(chosen.a), parity)
+    """Draw the excess of each level, which increases by 1 at a missing level."""
     assessment = catalogue.assess(levels, parity=parity, window=window, a=chosen.a)
     with figure(7.2, 4.2, assessment.verdict().replace("+-", "±"), assessment.notes) as made:
         draw_assess(made.add_subplot(), assessment)

@@ -16,19 +16,26 @@ if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
     from orbitdb.quantum.length_spectrum import Peak, Spectrum
 
+_RESOLUTION = 1000
 _ROOM, _ROOM_OF_LABELS = 0.04, 0.16
 """Margin at the end of the axis without and with labels, in units of the range of its values."""
-_LENGTHS = (1.0, 12.0)
-"""Range of lengths in a spectrum."""
 
 
 def spectrum(
-    catalogue: "Catalogue", chosen: Selection, levels: Floats | None = None, parity: Parity | None = None
+    catalogue: "Catalogue",
+    chosen: Selection,
+    levels: Floats | None = None,
+    parity: Parity | None = None,
+    window: bool = False,
+    lengths: tuple[float, float] | None = None,
+    k: tuple[float, float] | None = None,
 ) -> Picture:
     """Draw the length spectrum of the orbits downwards and that of the levels, if there are any, upwards."""
-    found = catalogue.spectrum(_LENGTHS, points=1000, levels=levels, parity=parity, a=chosen.a)
+    found = catalogue.spectrum(
+        lengths, resolution=_RESOLUTION, k=k, levels=levels, window=window, parity=parity, a=chosen.a
+    )
     notes = [*found.notes(), *found.judged]
-    title = f"length spectrum at a = {format_float(chosen.a)}, {of_parity(parity)}, k below {found.k_max:.4g}"
+    title = f"length spectrum at a = {format_float(chosen.a)}, {of_parity(parity)}, {found.range_of_k}"
     with figure(7.2, 4.8, title, notes) as made:
         draw_spectrum(made.add_subplot(), found)
     return made

@@ -23,7 +23,7 @@ only by the ``.plot()`` of an object.
 WORD = ("words", "code", "a")
 SUBSET = "subset"
 """Stands for the options that choose a subset of the catalogue."""
-LEVELS = ("a", "levels", "parity", "energies", "frequency", "radius")
+LEVELS = ("a", "levels", "parity", "energies", "frequency", "radius", "window")
 
 
 @dataclass(frozen=True)
@@ -123,16 +123,17 @@ FIGURES: list[Figure] = [
     Figure(
         "spectrum", "the length spectrum of levels, compared with that of the orbits",
         "length_spectrum.spectrum", "length_spectrum.draw_spectrum",
-        takes=LEVELS, passes=("levels", "parity"),
+        takes=(*LEVELS, "lengths", "k"), passes=("levels", "parity", "window", "lengths", "k"),
     ),
     Figure(
         "staircase", "the number of levels below k minus Weyl's law, from levels and from orbits",
         "staircase.staircase", "staircase.draw_staircase",
-        takes=LEVELS, passes=("levels", "parity"), needs="levels",
+        takes=LEVELS, passes=("levels", "parity", "window"), needs="levels",
     ),
     Figure(
         "assess", "where levels are missing, according to the orbits",
-        "assess.assess", "assess.draw_assess", takes=LEVELS, passes=("levels", "parity"), needs="levels",
+        "assess.assess", "assess.draw_assess", takes=LEVELS, passes=("levels", "parity", "window"),
+        needs="levels",
     ),
     Figure(
         "spacings", "the level spacings, in units of the mean spacing",
@@ -140,7 +141,8 @@ FIGURES: list[Figure] = [
     ),
     Figure(
         "rigidity", "Delta_3 and the number variance, compared with random matrices",
-        "statistics.rigidity", "statistics.draw_rigidity", takes=LEVELS, passes=("parts",), needs="levels",
+        "statistics.rigidity", "statistics.draw_rigidity", takes=LEVELS, passes=("parts", "window"),
+        needs="levels",
     ),
     Figure(
         "wave", "psi^2 of the level nearest to --k, with the orbit of WORD",

@@ -24,30 +24,46 @@ _LONGEST = 12.0
 
 
 def staircase(
-    catalogue: "Catalogue", chosen: Selection, levels: Floats | None = None, parity: Parity | None = None
+    catalogue: "Catalogue",
+    chosen: Selection,
+    levels: Floats | None = None,
+    parity: Parity | None = None,
+    window: bool = False,
 ) -> Picture:
-    """Draw the number of levels below k and its fluctuations, each compared with that from the orbits."""
+    """Draw the number of levels below k and its fluctuations, each compared with that from the orbits.
+
+    The staircase of a window begins with the number that the orbits give its first level.
+    """
     stadium = Stadium(chosen.a)
     if levels is None:
         stored = catalogue.levels(parity=parity, a=chosen.a)
         k, end = stored.k, stored.high
     else:
-        k = check_levels(levels, stadium, parity)
+        k = check_levels(levels, stadium, parity, window)
         end = float(k[-1])
+    below, named = 0, f"k below {end:.4g}"
+    notes: tuple[str, ...] = ()
+    if window:
+        found = catalogue.assess(k, parity=parity, window=True, a=chosen.a)
+        below, notes = found.first - 1, found.notes
+        known = f"from number {found.first} (P {found.first_probability:.2f})"
+        named = f"k from {k[0]:.6g} to {end:.6g}, {known if found.sure_of_first else 'up to a constant'}"
     with catalogue._reading() as connection:
-        classes, _ = read_orbits(connection, chosen)
-    orbits = orbits_for(stadium, classes, parity, np.array([end]))
-    below = orbits.k <= end
-    at, smooth, count = orbits.k[below], orbits.smooth[below], orbits.count[0][below]
-    title = f"{len(k)} levels at a = {format_float(chosen.a)}, {of_parity(parity)}, k below {end:.4g}"
-    with figure(7.2, 4.2, title) as made:
+        classes, period = read_orbits(connection, chosen)
+    orbits = orbits_for(stadium, classes, parity, k if window else np.array([end]), window, period=period)
+    low = float(k[0]) if window else 0.0
+    inside = (low <= orbits.k) & (orbits.k <= end)
+    at, smooth, count = orbits.k[inside], orbits.smooth[inside], orbits.count[0][inside]
+    title = f"{len(k)} levels at a = {format_float(chosen.a)}, {of_parity(parity)}, {named}"
+    with figure(7.2, 4.2, title, notes) as made:
         ax = made.add_subplot()
-        ax.plot(at, np.searchsorted(k, at) - smooth, color=BLUE, linewidth=0.8, label="levels")
+        own = below + np.searchsorted(k, at, "right" if window else "left")
+        ax.plot(at, own - smooth, color=BLUE, linewidth=0.8, label="levels")
         label = f"orbits, cut off at length $X = {orbits.cutoffs[0]:g}\\,R$"
         ax.plot(at, count - smooth, "-", color=ORANGE, linewidth=1, label=label)
         family = family_count(stadium, at, _LONGEST, parity)
         ax.plot(at, family, color=GREEN, linestyle=":", label="bouncing balls alone")
-        ax.set(xlabel="$kR$", ylabel="levels below $k$\nminus Weyl's law", xlim=(0, end))
+        ax.set(xlabel="$kR$", ylabel="levels below $k$\nminus Weyl's law", xlim=(low, end))
     return made
 
 

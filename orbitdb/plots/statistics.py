@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
+from orbitdb.answers.level_lists import lacking
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import InputError
 from orbitdb.plots.style import BLUE, GREY, INK, ORANGE, Picture, figure
 from orbitdb.quantum.level_statistics import (
     FAMILY_TO,
@@ -23,6 +25,7 @@ from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
+    from orbitdb.quantum.missing_levels import Assessment
 
 Parts = Mapping[Parity, Floats]
 """The levels k of each parity, in ascending order."""
@@ -65,7 +68,7 @@ class _Statistic(NamedTuple):
     """A statistic of stretches of levels: its name, and its values for levels, the GOE and Poisson levels."""
 
     name: str
-    of: Callable[[Floats, float], float | None]
+    of: Callable[[Floats, float, float], float | None]
     goe: Callable[[float], float]
     poisson: Callable[[float], float]
 
@@ -78,31 +81,59 @@ STATISTICS = {
 }
 
 
-def rigidity(catalogue: "Catalogue", chosen: Selection, parts: Parts) -> Picture:
+def rigidity(catalogue: "Catalogue", chosen: Selection, parts: Parts, window: bool = False) -> Picture:
     """Draw Delta_3 and the number variance, the mean over the parities, with and without bouncing balls.
 
-    The curves of the GOE and of uncorrelated (Poisson) levels are drawn for comparison.
+    They allow for the levels that the lists lack, as far as orbits tell. The curves of the GOE and of
+    uncorrelated (Poisson) levels are drawn for comparison.
     """
     title = f"spectral rigidity at a = {format_float(chosen.a)}: {', '.join(parts)}"
-    notes = [f"bouncing balls up to length {FAMILY_TO:g} are subtracted for the dashed lines"]
+    found = {parity: _assessed(catalogue, chosen.a, k, parity, window) for parity, k in parts.items()}
+    missing = {parity: each.missing_share for parity, each in found.items() if each is not None}
+    notes = [line for each in found.values() for line in lacking(each)]
+    notes += [f"bouncing balls up to length {FAMILY_TO:g} are subtracted for the dashed lines"]
     with figure(6.4, 6.4, title, notes) as made:
         axes = made.subplots(2, 1, sharex=True)
         for ax, name in zip(axes, STATISTICS, strict=True):
-            draw_rigidity(ax, chosen.a, parts, name)
+            draw_rigidity(ax, chosen.a, parts, name, missing)
         axes[0].set(xlabel="")
     return made
 
 
-def draw_rigidity(ax: Axes, a: float, parts: Parts, name: str = "delta3") -> None:
+def _assessed(
+    catalogue: "Catalogue", a: float, k: Floats, parity: Parity, window: bool
+) -> "Assessment | None":
+    """Return what the orbits say of a list; None without orbits."""
+    try:
+        return catalogue.assess(k, parity=parity, window=window, a=a)
+    except InputError:
+        return None
+
+
+def draw_rigidity(
+    ax: Axes,
+    a: float,
+    parts: Parts,
+    name: str = "delta3",
+    missing: Mapping[Parity, float | None] | None = None,
+) -> None:
     """Draw a statistic of stretches of levels against their length L: ``delta3`` or ``variance``.
 
-    The curve is the mean over the parities; the band around it is their standard deviation.
+    The curve is the mean over the parities; the band around it is their standard deviation. `missing` is the
+    share of the levels of a parity that its list lacks.
     """
+    shares = [(missing or {}).get(parity) or 0.0 for parity in parts]
     statistic, lengths = STATISTICS[name], np.arange(_STEP, _LONGEST + _STEP / 2, _STEP)
     shown = {}
     for balls in (False, True):
         levels = [np.sort(unfolded(k, Stadium(a), parity, balls)) for parity, k in parts.items()]
-        values = np.array([[statistic.of(x, length) for length in lengths] for x in levels], float)
+        values = np.array(
+            [
+                [statistic.of(x, length, share) for length in lengths]
+                for x, share in zip(levels, shares, strict=True)
+            ],
+            float,
+        )
         shown[balls] = values[:, np.isfinite(values).all(axis=0)]
     lengths = lengths[: min(values.shape[1] for values in shown.values())]
     for (balls, values), (colour, style) in zip(shown.items(), ((BLUE, "-"), (ORANGE, "--")), strict=True):

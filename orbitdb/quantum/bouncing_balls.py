@@ -82,9 +82,11 @@ def family(
         yield 2 * j, (-y) ** j * (share * balls + x / (2 * math.pi)) * np.exp(2j * j * k)
 
 
-def family_terms(stadium: Stadium, k_max: float, longest: float, parity: Parity | None = None) -> Terms:
-    """Return the bouncing balls as terms whose amplitudes are right in the middle of the window."""
-    middle = np.array([k_max / 2])
+def family_terms(
+    stadium: Stadium, ends: tuple[float, float], longest: float, parity: Parity | None = None
+) -> Terms:
+    """Return the bouncing balls as terms whose amplitudes are right in the middle of a window of k."""
+    middle = np.array([sum(ends) / 2])
     balls = list(family(stadium, middle, longest, parity))
     length = np.array([length for length, _ in balls], np.float64)
     waves = np.array([wave[0] for _, wave in balls], np.complex128)

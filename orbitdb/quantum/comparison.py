@@ -118,7 +118,11 @@ class Comparison:
 
     def scaled(self, scale: float) -> "Comparison":
         """Return the comparison with all levels multiplied by a scale."""
-        return self._of(self.k * scale, self.window)
+        return self.moved(self.k * scale)
+
+    def moved(self, k: Floats) -> "Comparison":
+        """Return the comparison of the same levels at other places."""
+        return self._of(k, self.window)
 
     def _of(self, k: Floats, window: bool) -> "Comparison":
         return Comparison(k, self.count, self.smooth, self.error, window, self.noise)

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import entr
 
 from orbitdb.arrays import Floats, Integers
 from orbitdb.quantum.comparison import Comparison, Rates
@@ -25,6 +26,8 @@ _TYPICAL = 0.7
 PATHS = 300
 """Number of paths that are drawn."""
 _PASSES = 3
+_RARE, _RARE_CROWDED = 0.003, 0.01
+"""Least rate of missing and of spurious levels of the first pass; in a crowded list, pairs do not show."""
 _BEAM, _WIDE_BEAM = Beam(18.0, 300), Beam(120.0, 3000)
 _LEAST_TAU2, _WIDER_FROM = 1.5, 0.6
 """Least variance of the deviations, and the misfit from which the beam is widened: a lost path is the main
@@ -81,11 +84,12 @@ def judge(compared: Comparison) -> Judgement:
 
 
 def _first_rates(compared: Comparison) -> Rates:
-    """Return rates whose missing levels explain by how much the difference rises along the list."""
+    """Return rates that explain by how much the difference rises or falls along the list."""
     n, d = len(compared.k), compared.difference
     rise = float(np.median(d[-4:-1]) - (np.median(d[1:4]) if compared.window else 0.0))
-    missing = max(rise, 0.0) + 1
-    return Rates(min(max(missing / (n + missing), 0.004), 0.3), 0.003, 1.5)
+    rare = _RARE if compared.crowded[0] < CROWDED else _RARE_CROWDED
+    missing, spurious = (max(rise, 0.0) + 1) / (n + max(rise, 0.0) + 1), max(-rise, 0.0) / n
+    return Rates(min(max(missing, rare), 0.3), min(max(spurious, rare), 0.1), 1.5)
 
 
 def _judge_long(compared: Comparison) -> Judgement:
@@ -129,7 +133,7 @@ def _misfit(
     of_spacings = np.full(n, -np.inf)
     np.logaddexp.at(of_spacings, steps.level[true], steps.log_weight[true])
     surprise = of_spacings[steps.level] - steps.log_weight
-    entropy = float((np.exp(-surprise[true]) * surprise[true]).sum())
+    entropy = float((np.exp(-surprise[true]) * surprise[true]).sum()) + n * float(entr(rates.spurious))
     expected = -float(data.white.log_scale.sum())
     expected -= points * (math.log(data.tau2) + _TYPICAL / data.tau2) / 2
     told = entropy - posterior.entropy  # information that the difference gives about the numbers missing

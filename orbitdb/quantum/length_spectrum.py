@@ -1,8 +1,9 @@
 """The length spectrum: the Fourier transform of the fluctuating density of levels, from levels or orbits.
 
-F(x) is the integral of w(k) (d(k) - smooth density) exp(i k x) over 0 < k < K, where the window is
-w = sin^4(pi k / K). From levels, F is the sum of w exp(i k x) over the levels minus the transform of the
-smooth density. From orbits, each term Re(A exp(i k l)) gives a peak at x = l and a small image of it at -l.
+F(x) is the integral of w(k) (d(k) - smooth density) exp(i k x) over k0 < k < K, where the window is w =
+sin^4(pi (k - k0) / (K - k0)) and k0 = 0 unless the levels begin higher up. From levels, F is the sum of w
+exp(i k x) over the levels minus the transform of the smooth density. From orbits, each term Re(A exp(i k l))
+gives a peak at x = l and a small image of it at -l.
 """
 
 import math
@@ -61,7 +62,7 @@ class Peak(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Spectrum(Drawn):
-    """The length spectrum F(x), windowed with sin^4(pi k / k_max).
+    """The length spectrum F(x), windowed with sin^4(pi (k - k_min) / (k_max - k_min)).
 
     `plot` draws the modulus of F, downwards for the orbits and upwards for the levels, if there are any.
 
@@ -71,8 +72,8 @@ class Spectrum(Drawn):
         Half length of the stadium.
     parity : Parity or None
         Parity of the levels; None for levels of all parities.
-    k_max : float
-        End of the window, in 1/radius.
+    k_min, k_max : float
+        Ends of the window, in 1/radius.
     length : ndarray, shape (n,)
         The lengths x, in units of the radius.
     orbits : ndarray of complex128, shape (n,)
@@ -91,6 +92,7 @@ class Spectrum(Drawn):
 
     a: float
     parity: Parity | None
+    k_min: float
     k_max: float
     length: Floats
     orbits: Complexes
@@ -104,8 +106,15 @@ class Spectrum(Drawn):
         of = "" if self.parity is None else f" of the parity {self.parity}"
         levels = "orbits" if self.quantum is None else "levels and orbits"
         low, high = self.length[[0, -1]]
-        lengths, k_max = f"x = {low:g} to {high:g}", f"k below {self.k_max:.4g}"
-        return f"<length spectrum{of} at a = {format_float(self.a)}: {levels}, {lengths}, {k_max}>"
+        return (
+            f"<length spectrum{of} at a = {format_float(self.a)}: {levels}, x = {low:g} to {high:g}, "
+            f"{self.range_of_k}>"
+        )
+
+    @property
+    def range_of_k(self) -> str:
+        """The range of k as text."""
+        return f"k from {self.k_min:.6g} to {self.k_max:.6g}" if self.k_min else f"k below {self.k_max:.4g}"
 
     @property
     def misfit(self) -> float | None:
@@ -125,7 +134,8 @@ class Spectrum(Drawn):
         else:
             said = ["complete: no orbit of these lengths is missing"]
         if terms:
-            at = f"the amplitudes of the bouncing balls, {_FAMILY}, are those at k = {self.k_max / 2:.6g}"
+            middle = (self.k_min + self.k_max) / 2
+            at = f"the amplitudes of the bouncing balls, {_FAMILY}, are those at k = {middle:.6g}"
             return [*said, *[at][: any(row[0] == _FAMILY for row in self.term_rows())]]
         if self.misfit is None:
             of = "" if self.parity is None else f" --parity {self.parity}"
@@ -133,7 +143,8 @@ class Spectrum(Drawn):
                 *said,
                 f"no levels to compare with: run 'orbitdb levels --k 0:30 --a {format_float(self.a)}{of}'",
             ]
-        return [*said, f"k_max = {self.k_max:.6g}; |quantum - orbits| / |quantum| = {self.misfit:.3f}"]
+        ends = f"k = {self.k_min:.6g} to {self.k_max:.6g}" if self.k_min else f"k_max = {self.k_max:.6g}"
+        return [*said, f"{ends}; |quantum - orbits| / |quantum| = {self.misfit:.3f}"]
 
     def rows(self) -> list[tuple[float | None, ...]]:
         """Return one row for each length, with the values of `COLUMNS`."""
@@ -157,8 +168,8 @@ class Spectrum(Drawn):
         period, the number of traversals of the orbit or, for one parity, of its half if it has one, the
         length (in units of the radius), lambda and Maslov index of all these traversals, the sign of the
         parity, and the real and imaginary part of A (in units of the radius), which is ``sign abs(A) exp(-i
-        index pi / 2)``. For the bouncing balls, A depends on k and is given at k_max / 2; they have no
-        lambda, index and sign.
+        index pi / 2)``. For the bouncing balls, A depends on k and is given in the middle of the window; they
+        have no lambda, index and sign.
         """
         low, high = self.length[[0, -1]]
         inside = self.terms.rows((self.terms.length >= low) & (self.terms.length <= high))
@@ -179,8 +190,8 @@ class Spectrum(Drawn):
         tops = 1 + np.flatnonzero((inner > height[:-2]) & (inner >= height[2:]) & (inner > height.max() / 20))
         for top in tops.tolist():
             x = self.length[top : top + 1]
-            near = self.terms.rows(np.abs(self.terms.length - x) < 2 * math.pi / self.k_max)
-            strength = np.abs(peak_of_each(near, x, self.k_max)[0])
+            near = self.terms.rows(np.abs(self.terms.length - x) < 2 * math.pi / (self.k_max - self.k_min))
+            strength = np.abs(peak_of_each(near, x, self.k_min, self.k_max)[0])
             for n in np.argsort(-strength)[:most].tolist():
                 code = _FAMILY if near.orbit[n] < 0 else str(self.codes[near.orbit[n]])
                 times, half = divmod(int(near.repetitions[n]), int(near.parts[n]))
@@ -195,25 +206,25 @@ def _parts(values: Complexes) -> tuple[list[float], list[float]]:
 BLOCK = 1 << 20
 
 
-def reach(k_max: float) -> float:
+def reach(k_min: float, k_max: float) -> float:
     """Return the distance from its centre, in units of the radius, beyond which a peak is below 1e-5."""
-    return 30 * math.pi / k_max
+    return 30 * math.pi / (k_max - k_min)
 
 
 def of_levels(
-    k: Floats, x: Floats, k_max: float, stadium: Stadium, parity: Parity | None = None, k_min: float = 0.0
+    k: Floats, x: Floats, k_min: float, k_max: float, stadium: Stadium, parity: Parity | None = None
 ) -> Complexes:
     """Return F at the lengths x, shape (n,), from all levels k between `k_min` and `k_max`."""
     inside = k[(k > k_min) & (k < k_max)]
-    nodes, weights = _quadrature(k_max, x, k_min)
+    nodes, weights = _quadrature(x, k_min, k_max)
     smooth = weights * weyl(stadium, parity).deriv()(nodes)
-    return _transform(inside, _window(inside, k_max, k_min), x) - _transform(nodes, smooth, x)
+    return _transform(inside, _window(inside, k_min, k_max), x) - _transform(nodes, smooth, x)
 
 
-def of_terms(terms: Terms, x: Floats, k_max: float, k_min: float = 0.0) -> Complexes:
+def of_terms(terms: Terms, x: Floats, k_min: float, k_max: float) -> Complexes:
     """Return F from terms, at lengths x in ascending order, shape (n,)."""
     total = np.zeros(len(x), np.complex128)
-    far = reach(k_max - k_min)
+    far = reach(k_min, k_max)
     ordered = terms.rows(np.argsort(terms.length))
     for first in range(0, len(x), _POINTS):
         lengths = x[first : first + _POINTS]
@@ -221,21 +232,21 @@ def of_terms(terms: Terms, x: Floats, k_max: float, k_min: float = 0.0) -> Compl
         step = BLOCK // len(lengths)
         for at in range(low, high, step):
             some = ordered.rows(np.arange(at, min(at + step, high)))
-            total[first : first + len(lengths)] += peak_of_each(some, lengths, k_max, k_min).sum(axis=1)
+            total[first : first + len(lengths)] += peak_of_each(some, lengths, k_min, k_max).sum(axis=1)
     return total
 
 
 _POINTS = 64
 
 
-def peak_of_each(terms: Terms, x: Floats, k_max: float, k_min: float = 0.0) -> Complexes:
+def peak_of_each(terms: Terms, x: Floats, k_min: float, k_max: float) -> Complexes:
     """Return the contribution of each term to F at each of the lengths x, shape (n, N)."""
     at, length, amplitude = x[:, None], terms.length, terms.amplitude
-    below, above = _peak(at - length, k_max, k_min), _peak(at + length, k_max, k_min)
+    below, above = _peak(at - length, k_min, k_max), _peak(at + length, k_min, k_max)
     return (below * amplitude.conj() + above * amplitude) / 2
 
 
-def _peak(y: Floats, k_max: float, k_min: float = 0.0) -> Complexes:
+def _peak(y: Floats, k_min: float, k_max: float) -> Complexes:
     """Return the integral of w(k) exp(i k y) in closed form, because w is a sum of cosines."""
     width = k_max - k_min
     z = width * y / (2 * math.pi)
@@ -244,25 +255,25 @@ def _peak(y: Floats, k_max: float, k_min: float = 0.0) -> Complexes:
 
 
 def of_family(
-    stadium: Stadium, x: Floats, k_max: float, parity: Parity | None = None, k_min: float = 0.0
+    stadium: Stadium, x: Floats, k_min: float, k_max: float, parity: Parity | None = None
 ) -> Complexes:
     """Return the contribution of the bouncing-ball orbits (`family`) to F, at lengths x."""
-    k, weights = _quadrature(k_max, x, k_min)
-    balls = family(stadium, k, x[-1] + reach(k_max - k_min), parity)
+    k, weights = _quadrature(x, k_min, k_max)
+    balls = family(stadium, k, x[-1] + reach(k_min, k_max), parity)
     return _transform(k, weights * sum((wave.real for _, wave in balls), np.zeros_like(k)), x)
 
 
-def _window(k: Floats, k_max: float, k_min: float = 0.0) -> Floats:
+def _window(k: Floats, k_min: float, k_max: float) -> Floats:
     return np.sin(math.pi * (k - k_min) / (k_max - k_min)) ** 4
 
 
-def _quadrature(k_max: float, x: Floats, k_min: float = 0.0) -> tuple[Floats, Floats]:
+def _quadrature(x: Floats, k_min: float, k_max: float) -> tuple[Floats, Floats]:
     """Return nodes in k_min..k_max that resolve the oscillations exp(i k x), and weights with the window."""
     half = (k_max - k_min) / 2
-    count = math.ceil(half * (2 * float(np.abs(x).max()) + reach(2 * half))) + 100
+    count = math.ceil(half * (2 * float(np.abs(x).max()) + reach(k_min, k_max))) + 100
     nodes, weights = np.polynomial.legendre.leggauss(count)
     k = k_min + (nodes + 1) * half
-    return k, weights * half * _window(k, k_max, k_min)
+    return k, weights * half * _window(k, k_min, k_max)
 
 
 def _transform(k: Floats, weights: Floats | Complexes, x: Floats) -> Complexes:

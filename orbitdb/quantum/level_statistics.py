@@ -45,6 +45,9 @@ class Statistics(NamedTuple):
         Dyson and Mehta's Delta_3 for L = 1, 5, 20; None if there are too few levels.
     variance_1, variance_5, variance_20 : float or None
         Variance of the number of levels in a stretch of L = 1, 5, 20; None if there are too few levels.
+    missing : float or None
+        Share of the levels that the list lacks, according to the orbits, for which Delta_3 and the variances
+        allow; None if it is not known.
     """
 
     parity: str
@@ -59,6 +62,7 @@ class Statistics(NamedTuple):
     variance_1: float | None
     variance_5: float | None
     variance_20: float | None
+    missing: float | None
 
 
 def unfolded(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False) -> Floats:
@@ -67,22 +71,31 @@ def unfolded(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False) -
     return smooth + family_count(stadium, k, FAMILY_TO, parity) if balls else smooth
 
 
-def statistics(k: Floats, stadium: Stadium, parity: Parity, balls: bool = False) -> Statistics:
-    """Return the statistics of the N lowest levels k of one parity, shape (N,), in 1/radius."""
+def statistics(
+    k: Floats, stadium: Stadium, parity: Parity, balls: bool = False, missing: float | None = None
+) -> Statistics:
+    """Return the statistics of N levels k of one parity in ascending order, shape (N,), in 1/radius.
+
+    `missing` is the share of the levels that the list lacks, if it is known.
+    """
     x = np.sort(unfolded(k, stadium, parity, balls))
     gaps = np.diff(x)
     ratios = gap_ratios(x)
     error = float(ratios.std(ddof=1) / math.sqrt(len(ratios)))
+    long: list[float | None] = [
+        of(x, length, missing or 0.0) for of in (delta3, number_variance) for length in LENGTHS
+    ]
+    long.append(missing)
     return Statistics(
         str(parity), "out" if balls else "in", len(x), float(ratios.mean()), error, float(gaps.var()),
-        *(delta3(x, length) for length in LENGTHS), *(number_variance(x, length) for length in LENGTHS),
+        *long,
     )  # fmt: skip
 
 
 def expected() -> list[Statistics]:
     """Return the statistics expected for random matrices (GOE) and for random numbers (Poisson)."""
-    goe = [*map(goe_delta3, LENGTHS), *(float(goe_variance(length)) for length in LENGTHS)]
-    poisson = [*(length / 15 for length in LENGTHS), *map(float, LENGTHS)]
+    goe = [*map(goe_delta3, LENGTHS), *(float(goe_variance(length)) for length in LENGTHS), None]
+    poisson = [*(length / 15 for length in LENGTHS), *map(float, LENGTHS), None]
     return [
         Statistics("GOE", "", None, 0.5307, None, 0.2856, *goe),
         Statistics("Poisson", "", None, 2 * math.log(2) - 1, None, 1.0, *poisson),
@@ -103,21 +116,28 @@ def _windows(x: Floats, length: float) -> Floats:
     return x[0] + room * (np.arange(count) + 0.5) / max(count, 1)
 
 
-def number_variance(x: Floats, length: float) -> float | None:
-    """Return the mean of (n - L)^2 over stretches of length L with n levels; None for too few levels."""
+def number_variance(x: Floats, length: float, missing: float = 0.0) -> float | None:
+    """Return the mean of (n - L)^2 over stretches of length L with n levels; None for too few levels.
+
+    If a share f of the levels is missing at random, the mean of (n - (1 - f) L)^2 is (1 - f)^2 times the
+    variance of the complete list, plus f (1 - f) L; the result is that of the complete list.
+    """
     starts = _windows(x, length)
     if not len(starts):
         return None
     number = np.searchsorted(x, starts + length) - np.searchsorted(x, starts)
-    return float(((number - length) ** 2).mean())
+    found = 1 - missing
+    own = float(((number - found * length) ** 2).mean())
+    return (own - missing * found * length) / found**2
 
 
-def delta3(x: Floats, length: float) -> float | None:
+def delta3(x: Floats, length: float, missing: float = 0.0) -> float | None:
     """Return Delta_3, the mean square deviation of the staircase from its best straight line over a length L.
 
     It is averaged over stretches of length L, and None if there are too few levels. For n levels at distances
-    z_i from the middle of a stretch, with S1 = sum z_i and S2 = sum z_i^2, it is
-    n^2/16 - S1^2/L^2 + 3 n S2 / (2 L^2) - 3 S2^2 / L^4 + sum (n - 2 i + 1) z_i / L.
+    z_i from the middle of a stretch, with S1 = sum z_i and S2 = sum z_i^2, it is n^2/16 - S1^2/L^2 + 3 n S2 /
+    (2 L^2) - 3 S2^2 / L^4 + sum (n - 2 i + 1) z_i / L. If a share f of the levels is missing at random, it is
+    (1 - f)^2 times that of the complete list, plus f (1 - f) L / 15; the result is that of the complete list.
     """
     starts = _windows(x, length)
     if not len(starts):
@@ -130,7 +150,8 @@ def delta3(x: Floats, length: float) -> float | None:
         order = n - 2 * np.arange(1, n + 1) + 1
         value = n**2 / 16 - (one / length) ** 2 + 1.5 * n * two / length**2 - 3 * two**2 / length**4
         values.append(value + (order * z).sum() / length)
-    return float(np.mean(values))
+    found = 1 - missing
+    return (float(np.mean(values)) - missing * found * length / 15) / found**2
 
 
 def goe_variance(length: float | Floats) -> Floats:

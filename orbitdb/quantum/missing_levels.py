@@ -150,6 +150,20 @@ class Assessment(Drawn):
         """Most probable number of spurious or duplicate levels in the list."""
         return int((self.number == 0).sum())
 
+    @property
+    def sure_of_first(self) -> bool:
+        """Whether the number of the first level has a probability of at least 0.9."""
+        return not self.window or (self.fits and not self.short and self.first_probability >= _SURE)
+
+    @property
+    def missing_share(self) -> float | None:
+        """Share of the levels that the list lacks, 0 if it lacks none; None if it is not known."""
+        if not self.fits or self.short:
+            return None
+        lacks = any(gap.missing > 0 for gap in self.gaps)
+        missing = self.net if self.crowded else self.missing
+        return max(missing, 0.0) / self.total if lacks and self.total else 0.0
+
     def numbers(self) -> list[tuple[float, int, float, float]]:
         """Return k, the true number, 0 for a spurious level, its probability and the excess of each level."""
         columns = (self.k, self.number, self.probability, self.excess)
@@ -173,7 +187,7 @@ class Assessment(Drawn):
         if self.short:
             return f"too short to be tested: the orbits resolve {several(self.resolved, 'level')} here ({of})"
         said = f"{self._begins()}{self._lacks()}"
-        if self.window and self.first_probability < _SURE:
+        if not self.sure_of_first:
             within = several(math.ceil(self.resolved / 2), "level")
             said += f"; the orbits tell their number to within about {within}"
         sure = "" if self.gaps else f"P {self.whole:.3g}; "
@@ -184,7 +198,7 @@ class Assessment(Drawn):
         if not self.window:
             return ""
         begins = f"the list begins with level {self.first} (P {self.first_probability:.3g}"
-        if self.first_probability >= _SURE:
+        if self.sure_of_first:
             return f"{begins}); "
         return f"{begins}; its neighbours are possible): "
 

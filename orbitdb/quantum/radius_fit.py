@@ -33,6 +33,9 @@ _LEAST, _LEAST_SHARE, _AVERAGED = 1e-4, 0.01, 50
 """Least probability of the scales that are refined; least probability, relative to the best, of those that
 are averaged over, and how many."""
 
+_FEW, _STEEP = 5, 0.3
+"""Number of scales that look most likely, and the change of the difference that is taken for a step."""
+
 
 class Fitted(NamedTuple):
     """A judgement averaged over scales; the best scale, its standard error, and whether it is at a limit."""
@@ -123,3 +126,39 @@ def _averaged(compared: Comparison, best: float, scales: Floats, chance: Floats)
         first.append(posterior.first)
     both = Posterior(probability, np.concatenate(drawn, axis=1), np.concatenate(first))
     return replace(judged, posterior=both)
+
+
+def likely_scales(compared: Comparison) -> Floats:
+    """Return the few scales, within `WIDEST`, with which a list looks most like levels, the best first.
+
+    With the right scale, the difference changes from one point of the grid to the next by less than the
+    fluctuations of the levels, apart from missing ones.
+    """
+    step = _STEP / (2 * float(compared.smooth(compared.k[-1])))
+    scales = 1 + step * np.arange(-math.floor(WIDEST / step), math.floor(WIDEST / step) + 1)
+    rough = [_roughness(compared.excess(compared.grid, scale)) for scale in scales.tolist()]
+    return np.asarray(scales[np.argsort(rough)[:_FEW]], np.float64)
+
+
+def likely_grid_step(compared: Comparison) -> float | None:
+    """Return the step h with which finite differences may have given a list; None if it does not look like
+    it.
+
+    On a square grid, the eigenvalue of a plane wave is k^2 - h^2 (k_x^4 + k_y^4) / 12, in the mean over
+    directions k^2 - h^2 k^4 / 16: levels are too low by k^3 h^2 / 32. Their number then exceeds that from the
+    orbits by as much times the density.
+    """
+    k = compared.grid
+    shift = compared.density(k) * k**3 / 32
+    square = -float(shift @ compared.difference) / float(shift @ shift)
+    return math.sqrt(square) if square > 0 else None
+
+
+def without_grid(k: Floats, step: float) -> Floats:
+    """Return levels from finite differences with a step without its effect to second order."""
+    return np.asarray(k * (1 + (step * k) ** 2 / 32))
+
+
+def _roughness(difference: Floats) -> float:
+    """Return the mean square change from one point to the next; a step of a missing level counts little."""
+    return float((np.minimum(np.abs(np.diff(difference)), _STEEP) ** 2).mean())

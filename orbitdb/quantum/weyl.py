@@ -102,19 +102,23 @@ def wavenumber(smooth: Polynomial, number: float) -> float:
 
 
 def check_levels(
-    levels: "ArrayLike", stadium: Stadium, parity: Parity | None, window: bool = False
+    levels: "ArrayLike",
+    stadium: Stadium,
+    parity: Parity | None,
+    window: bool = False,
+    least: int = _LEAST_LEVELS,
 ) -> Floats:
     """Return levels in ascending order; refuse a list that cannot be all levels of a stadium of radius 1.
 
     Raises
     ------
     InputError
-        If there are too few levels, one is not positive and finite, or their number is far from Weyl's law.
-        A window is compared with the number of levels that Weyl's law expects between its ends.
+        If there are fewer than `least` levels, one is not positive and finite, or their number is far from
+        Weyl's law. A window is compared with the number of levels that Weyl's law expects between its ends.
     """
     k = as_levels(levels)
-    if len(k) < _LEAST_LEVELS:
-        raise InputError(f"the list has only {several(len(k), 'level')}: give {_LEAST_LEVELS} or more")
+    if len(k) < least:
+        raise InputError(f"the list has only {several(len(k), 'level')}: give {least} or more")
     low = float(k[0]) if window else 0.0
     if not _plausible(len(k), low, k[-1], stadium, parity):
         of = " of all parities" if parity is None else f" of parity {parity}"
@@ -137,14 +141,6 @@ def as_levels(levels: "ArrayLike") -> Floats:
     if (wrong := k[~((k > 0) & (k < np.inf))]).size:
         raise InputError(f"{wrong[0]:g} is not a level: give finite k above 0, in 1/radius")
     return k
-
-
-def begins_at_zero(k: Floats, stadium: Stadium, parity: Parity | None) -> bool:
-    """Return whether a list is taken to begin with the lowest level, rather than being a window.
-
-    It is if Weyl's law expects few levels below it, compared with the length of the list.
-    """
-    return float(weyl(stadium, parity)(k[0])) <= _FEW + _TOO_MANY * len(k)
 
 
 def _plausible(count: int, low: float, high: float, stadium: Stadium, parity: Parity | None) -> bool:

@@ -22,7 +22,6 @@ def of(function: Callable[..., Any], name: str) -> str:
 
 
 A = repr(Stadium().a)
-LOW, HIGH = signature(Catalogue.spectrum).parameters["lengths"].default
 ORDER = of(Catalogue.select, "order")
 DEFAULTS: dict[str, dict[str, str | None]] = {
     "fill": {"--a": A, "--method": of(fill_periods, "method")},
@@ -33,7 +32,7 @@ DEFAULTS: dict[str, dict[str, str | None]] = {
         "--tolerance": f"{NEAR:g} for bounces, {SAME_LENGTH:g} for a length",
     },
     "lyapunov": {"--weight": of(Catalogue.lyapunov, "weight")},
-    "spectrum": {"--points": of(Catalogue.spectrum, "points"), "--range": f"{LOW:g}:{HIGH:g}"},
+    "spectrum": {"--resolution": of(Catalogue.spectrum, "resolution")},
     "simulate": {"--a": A, "--seed": of(simulate, "seed"), "--store": "if there is one, or one can be made"},
     "export": {"--order": ORDER, "--format": None},
     "verify": {"--restarts": of(verify, "restarts"), "--seed": of(verify, "seed")},

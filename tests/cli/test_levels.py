@@ -80,7 +80,7 @@ def levels_file(tmp_path):
 
 
 def test_spectrum_reads_levels_and_says_up_to_where_it_is_complete(cli, filled, levels_file):
-    asked = ("--range", "3:5", "--points", "9", "--json", "--db", str(filled))
+    asked = ("--lengths", "3:5", "--resolution", "9", "--json", "--db", str(filled))
     found = cli("spectrum", "--levels", str(levels_file), *asked)
     rows = json.loads(found.out)
     assert list(rows[0]) == ["length", "quantum_re", "quantum_im", "orbits_re", "orbits_im"]
@@ -92,10 +92,10 @@ def test_spectrum_reads_levels_and_says_up_to_where_it_is_complete(cli, filled, 
     other = cli("spectrum", "--levels", str(energies), "--energies", *asked)
     for one, two in zip(rows, json.loads(other.out), strict=True):
         assert one["quantum_re"] == pytest.approx(two["quantum_re"], abs=1e-6)
-    partial = cli("spectrum", "--levels", str(levels_file), "--range", "9:16", "--db", str(filled))
+    partial = cli("spectrum", "--levels", str(levels_file), "--lengths", "9:16", "--db", str(filled))
     assert "may be missing" in partial.err
-    assert cli("spectrum", "--levels", str(levels_file), "--k-max", "9", "--db", str(filled)).says(
-        2, "the levels end at k = 7.9"
+    assert cli("spectrum", "--levels", str(levels_file), "--k", "0:9", "--db", str(filled)).says(
+        2, "the levels have k from 0 to 7.9"
     )
     peaks = cli("spectrum", "--levels", str(levels_file), "--peaks", *asked[:2], *asked[4:])
     assert json.loads(peaks.out)[0]["code"] == "02"
@@ -149,14 +149,14 @@ def test_levels_of_all_parities_end_with_the_shortest_list(filled):
         start = "k" if table == "level" else "low"
         alter(filled, f"DELETE FROM {table} WHERE parity = 'ee' AND {start} >= 5")
     catalogue = Catalogue(filled, a=1.6)
-    assert catalogue.spectrum((3, 5), points=5).k_max == 5
-    assert catalogue.spectrum((3, 5), points=5, parity="oo").k_max == 9
+    assert catalogue.spectrum((3, 5), resolution=5).k_max == 5
+    assert catalogue.spectrum((3, 5), resolution=5, parity="oo").k_max == 9
     given = sorted(k for of in stored.values() for k in of if k < 5)
-    expected = catalogue.spectrum((3, 5), points=5, levels=given, k_max=given[-1]).quantum
-    found = catalogue.spectrum((3, 5), points=5, k_max=given[-1]).quantum
+    expected = catalogue.spectrum((3, 5), resolution=5, levels=given, k=given[-1]).quantum
+    found = catalogue.spectrum((3, 5), resolution=5, k=given[-1]).quantum
     np.testing.assert_allclose(there(found), there(expected), atol=1e-12)
-    with pytest.raises(InputError, match="the levels end at k = 5"):
-        catalogue.spectrum((3, 5), points=5, k_max=6)
+    with pytest.raises(InputError, match="the levels have k from 0 to 5"):
+        catalogue.spectrum((3, 5), resolution=5, k=6)
     with pytest.raises(InputError, match="levels are stored up to k = 5"):
         catalogue.levels(6)
     assert catalogue.levels(9, parity="oo").k.tolist() == stored["oo"]
@@ -167,5 +167,5 @@ def test_levels_from_orbits_and_lengths_of_a_spectrum_lie_in_the_range_that_was_
     asked = ("levels", "--method", "orbits", "--a", "1.6", "--parity", "oo", "--json", "--k")
     whole, part = (json.loads(cli(*asked, k).out) for k in ("0:9", "7:9"))
     assert part == [row for row in whole if row["k"] >= 7] != whole
-    spectrum = ("spectrum", "--a", "1.6", "--parity", "oo", "--range", "2:6", "--points", "5", "--json")
+    spectrum = ("spectrum", "--a", "1.6", "--parity", "oo", "--lengths", "2:6", "--resolution", "5", "--json")
     assert [row["length"] for row in json.loads(cli(*spectrum).out)] == [2, 3, 4, 5, 6]

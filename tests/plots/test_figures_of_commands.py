@@ -316,7 +316,7 @@ def test_the_figures_of_levels_show_levels_and_orbits(known, tmp_path):
     assert legend(ax) == ["levels", r"orbits, cut off at length $X = 10\,R$", "bouncing balls alone"]
     says(ax, "$kR$", "levels below $k$\nminus Weyl's law")
     spectrum: Any = length_spectrum.spectrum(catalogue, chosen)
-    found = catalogue.spectrum(points=1000)
+    found = catalogue.spectrum(resolution=1000)
     for label, values in (("levels", np.abs(there(found.quantum))), ("orbits", -np.abs(found.orbits))):
         lengths, drawn = named(spectrum.axes[0], label)
         np.testing.assert_allclose(lengths, np.linspace(1, 12, 1000))
@@ -348,7 +348,7 @@ def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
 
 def test_the_length_spectrum_can_be_drawn_without_levels(known):
     made: Any = length_spectrum.spectrum(known, Selection(1.6))
-    drawn_beside(made.axes[0], known.spectrum((1.0, 12.0), points=1000), -1)
+    drawn_beside(made.axes[0], known.spectrum((1.0, 12.0), resolution=1000), -1)
 
 
 def test_the_figure_of_methods_shows_run_time_against_error(rng):

@@ -64,7 +64,7 @@ def test_a_result_without_averages_to_draw_says_what_it_has(catalogue):
 
 
 def test_a_spectrum_draws_its_orbits_downwards_and_has_a_short_repr(catalogue):
-    found = catalogue.spectrum((4, 9), points=60)
+    found = catalogue.spectrum((4, 9), resolution=60)
     np.testing.assert_array_equal(curve(found.plot(), "orbits")[1], -np.abs(found.orbits))
     assert repr(found) == "<length spectrum at a = 1.6: orbits, x = 4 to 9, k below 30>"
 

@@ -133,7 +133,7 @@ def test_half_orbits_are_written_as_halves(times, told):
 
 def test_peaks_of_one_parity_include_half_orbits(filled):
     catalogue = Catalogue(filled)
-    peaks = list(catalogue.spectrum((4, 8), k_max=16, parity="oo").peaks(3))
+    peaks = list(catalogue.spectrum((4, 8), k=16, parity="oo").peaks(3))
     halves = [peak for peak in peaks if peak.repetitions % 1]
     assert halves
     for peak in peaks:

@@ -163,7 +163,10 @@ def test_levels_are_between_those_of_two_rectangles(parity):
 @given(a=st.floats(0.05, 20), parity=PARITIES, k_max=st.floats(5, 100))
 def test_bouncing_ball_terms_are_right_in_the_middle_of_the_window(a, parity, k_max):
     k, longest = np.array([k_max / 2]), 22.0
-    terms, waves = family_terms(Stadium(a), k_max, longest, parity), family(Stadium(a), k, longest, parity)
+    terms, waves = (
+        family_terms(Stadium(a), (0.0, k_max), longest, parity),
+        family(Stadium(a), k, longest, parity),
+    )
     once = 4 if parity is None else 2  # up and down, in the whole or a quarter
     assert terms.length.tolist() == [*range(once, 23, once)]
     assert terms.repetitions.tolist() == [*range(1, len(terms.length) + 1)]
@@ -186,9 +189,18 @@ def terms():
 @pytest.mark.parametrize("levelled", [True, False])
 def test_peaks_are_all_maxima_with_their_strongest_terms(terms, levelled):
     x = np.linspace(2, 12, 500)
-    orbits = of_terms(terms, x, 30.0)
+    orbits = of_terms(terms, x, 0.0, 30.0)
     found = Spectrum(
-        1.6, None, 30.0, x, orbits, 0.9 * orbits if levelled else None, 9.0, terms, np.arange(9).astype(str)
+        1.6,
+        None,
+        0.0,
+        30.0,
+        x,
+        orbits,
+        0.9 * orbits if levelled else None,
+        9.0,
+        terms,
+        np.arange(9).astype(str),
     )
     height = np.abs(orbits) * (0.9 if levelled else 1)
     tops = [
@@ -199,7 +211,7 @@ def test_peaks_are_all_maxima_with_their_strongest_terms(terms, levelled):
     expected = []
     for n in tops:
         near = [j for j in range(40) if abs(terms.length[j] - x[n]) < 2 * math.pi / 30]
-        alone = {j: abs(peak_of_each(terms.rows(np.array([j])), x[n : n + 1], 30.0)[0, 0]) for j in near}
+        alone = {j: abs(peak_of_each(terms.rows(np.array([j])), x[n : n + 1], 0.0, 30.0)[0, 0]) for j in near}
         for j in sorted(near, key=lambda j: -alone[j])[:2]:
             code = "02" if terms.orbit[j] < 0 else str(terms.orbit[j])
             expected.append(
