@@ -256,6 +256,9 @@ GONE = {
     "--rigorous": "--prove",
     "bounds --window": "--edges",
     "bounds --time": "--seconds",
+    "spectrum --range": "--lengths",
+    "spectrum --points": "--resolution",
+    "--k-max": "--k 0:HIGH",
 }
 """What became of options that the program had before its first release, in one command or in all."""
 

@@ -59,7 +59,8 @@ def draw_assess(ax: Axes, assessment: "Assessment") -> None:
     low, high = ax.dataLim.intervaly
     ax.set_ylim(low - _ROOM[0] * (high - low), high + _ROOM[1] * (high - low))
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
-    ax.set(xlabel="$kR$", ylabel="levels missing below $k$")
+    ends = (assessment.k[0] if assessment.window else 0, assessment.k[-1])
+    ax.set(xlabel="$kR$", ylabel="levels missing below $k$", xlim=ends)
 
 
 def _draw_steps(ax: Axes, assessment: "Assessment") -> None:

@@ -13,11 +13,12 @@ from orbitdb.quantum.staircase_errors import deviations
 
 FITS = 1.0
 """Largest misfit of a list that fits the stadium."""
-_SHORTFALL, _SHORTFALL_MIXED = 1.0, 1.6
+_SHORTFALL, _SHORTFALL_MIXED, _SHORTFALL_CROWDED = 1.0, 1.6, 2.5
 """Shortfall of ln P for each grid point, of one parity and of all mixed, at which the misfit is 1. In tests,
 lists of one parity with 25 to 200 levels, up to a third of them missing, fell short by up to 0.9, and with 50
 levels or more, lists with another a or parity or a radius wrong by 0.1 % by more than 1, with few exceptions.
-Mixed lists fell short by up to 1.8, and wrong ones by 1 or more."""
+Mixed lists fell short by up to 1.8, and wrong ones by 1 or more. In crowded lists, the third number over the
+root of the number of points. tests/benchmarks/bench_levels.py measures them."""
 _EXPLAINED, _FREQUENT = 0.85, 0.22
 """In a list that is not crowded, missing levels that are as frequent as the second number explain this share
 of the shortfall of a list that does not fit, so that the limit is lower."""
@@ -141,6 +142,8 @@ def _misfit(
     limit = _SHORTFALL_MIXED if compared.error.mixed else _SHORTFALL
     if compared.crowded[0] <= CROWDED:
         limit *= 1 - _EXPLAINED * min(rates.missing / _FREQUENT, 1.0)
+    else:
+        limit *= min(_SHORTFALL_CROWDED / math.sqrt(points), 1.0)
     return max(0.0, shortfall) / limit
 
 
