@@ -117,7 +117,7 @@ def test_masked_values_are_left_out_and_complex_ones_refused(catalogue):
     assert catalogue.field(np.ma.array([0.05, 0.1], mask=[True, False]), words="0123").kappa.tolist() == [0.1]
     k = np.ma.array([1.0, 2, 3], mask=[False, True, False])
     with pytest.raises(InputError, match="the list has only 2 levels"):
-        catalogue.assess(k)
+        catalogue.spectrum(levels=k)
     subset = catalogue.select(p="2-3")
     assert subset[np.ma.array([0, 1, 2], mask=[False, True, False])].code.tolist() == [*subset.code[[0, 2]]]
     long = np.ma.array(subset.length > 0, mask=subset.length > 10.5)
