@@ -274,14 +274,15 @@ def keys() -> str:
 
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.counts_screen import CountsList, CountsScreen
-    from orbitdb.cli.tui.help import PURPOSES
+    from orbitdb.cli.tui.help import PURPOSES, explained
+    from orbitdb.cli.tui.keys_screen import KeysScreen
     from orbitdb.cli.tui.main_screen import MainScreen
     from orbitdb.cli.tui.panels.paged_table import PagedTable
     from orbitdb.cli.tui.screens import ScrollBox
     from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 
-    groups: dict[str, list[Any]] = {purpose: [] for purpose in (*PURPOSES, "counts", "averages")}
-    own = {CountsScreen: "counts", CountsList: "counts", StatisticsScreen: "averages"}
+    groups: dict[str, list[Any]] = {purpose: [] for purpose in (*PURPOSES, "counts", "averages", "keys")}
+    own = {CountsScreen: "counts", CountsList: "counts", StatisticsScreen: "averages", KeysScreen: "keys"}
     parts: list[Any] = [PagedTable, ScrollBox, MainScreen, BrowseApp, *own]
     for part in parts:
         for each in part.BINDINGS:
@@ -292,7 +293,7 @@ def keys() -> str:
         for place, each in enumerate(bindings):
             names = [each.key_display] if each.key_display else map(format_key, each.key.split(","))
             shown = " ".join(f"`{name}`" for name in names)
-            does = _plain(f"{each.description} {each.tooltip}".strip())
+            does = _plain(explained(each))
             lines.append(f"| {'' if place else group} | {shown} | {does} |")
     return "\n".join(lines)
 

@@ -27,7 +27,8 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.colours import readable_variables
 from orbitdb.cli.tui.export import Export
 from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, fill_request
-from orbitdb.cli.tui.help import KeysPanel, explained, keys_by_purpose, purpose
+from orbitdb.cli.tui.help import explained, keys_by_purpose, keys_of, purpose
+from orbitdb.cli.tui.keys_screen import KeysScreen
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working, key
 from orbitdb.cli.tui.stored import Kept
@@ -66,13 +67,13 @@ class BrowseApp(App[None], Working):
     VERTICAL_BREAKPOINTS = _HEIGHTS
     BINDINGS: ClassVar[list[BindingType]] = purpose(
         "other",
-        Binding("question_mark", "keys", "keys", tooltip="and what they do"),
-        key("ctrl+p", "command_palette", "all actions", tooltip="and themes"),
-        Binding("q", "quit", "quit"),
+        Binding("question_mark", "keys", "keys", tooltip="show all keys and what they do"),
+        key("ctrl+p", "command_palette", "actions", tooltip="list all actions by name, and the themes"),
+        Binding("q", "quit", "quit", tooltip="quit"),
         key("ctrl+q,ctrl+c", "quit", "quit", system=True),
     )
 
-    fill_state: reactive[FillState | None] = reactive(None, repaint=False)
+    fill_state: reactive[FillState | None] = reactive(None, repaint=False, init=False)
 
     def __init__(
         self, path: Path, selection: Selection, code: str | None = None, state: Path | None = None
@@ -146,7 +147,10 @@ class BrowseApp(App[None], Working):
             if self.fill_state is not None and self.fill_state.state == "stopping":
                 raise CancelledError
             state.work.report(done, total, text.removeprefix("words, "), time.monotonic())
-            state = replace(state, done=int(done))
+            stored = state.stored
+            if stored is None:  # the first report of a fill of periods counts what was stored before it
+                stored = int(done) if state.request.periods else 0
+            state = replace(state, done=int(done) - stored, stored=stored)
             self.call_later(self._take_step, state)
 
         def fill(_: object) -> str:
@@ -161,6 +165,13 @@ class BrowseApp(App[None], Working):
             self._take_step(replace(state, state=how, message=message))
 
         self.in_thread("fill", fill, end, partial(end, "failed"))
+
+    def watch_fill_state(self, state: FillState | None) -> None:
+        """Show the state of the fill on the main screen, and in the dialog if that is open."""
+        self._main.say_choices()
+        for screen in self.screen_stack:
+            if isinstance(screen, FillDialog) and screen.is_mounted:
+                screen.follow(state)
 
     def _take_step(self, state: FillState) -> None:
         """Show the progress of a fill, and read the stored rows again from time to time."""
@@ -221,14 +232,8 @@ class BrowseApp(App[None], Working):
         return super().deliver_screenshot(*names[:1], **options | {"path": folder})
 
     def action_keys(self) -> None:
-        """Show the keys that work now; the next calls scroll through them, and the last one hides them."""
-        panel = next(iter(self.screen.query(KeysPanel).results()), None)
-        if panel is None:
-            self.screen.mount(KeysPanel(id="keys"))
-        elif panel.scroll_y < panel.max_scroll_y:
-            panel.scroll_page_down(animate=False)
-        else:
-            panel.remove()
+        """Show the keys that work now."""
+        self.push_screen(KeysScreen(keys_of(self, self.screen)))
 
     def action_command_palette(self) -> None:
         if not isinstance(self.screen, ActionsDialog):

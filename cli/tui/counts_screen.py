@@ -13,7 +13,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
-from textual.widgets import Footer, OptionList
+from textual.widgets import OptionList
 from textual.widgets.option_list import Option
 
 from orbitdb.answers.histogram import COUNTABLE, MEASURED, Histogram
@@ -21,7 +21,7 @@ from orbitdb.answers.results import Result
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.dialogs import ListDialog, NameList
-from orbitdb.cli.tui.help import purpose
+from orbitdb.cli.tui.help import KeysLine, purpose
 from orbitdb.cli.tui.panels.filter_bar import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import SHOWABLE
@@ -105,7 +105,7 @@ class CountsList(NameList):
     COMPONENT_CLASSES: ClassVar[set[str]] = {"counts--bar"}
     BINDINGS: ClassVar[list[BindingType]] = purpose(
         "choose rows",
-        Binding("enter", "select", "filter", tooltip="by the line under the cursor", key_display="enter"),
+        Binding("enter", "select", "filter", tooltip="filter by this line", key_display="enter"),
     )
 
     def show(self, groups: Mapping[str, Sequence[Count]]) -> None:
@@ -131,11 +131,11 @@ class CountsScreen(OwnScreen[str | None]):
         *LEAVING,
         *purpose(
             "other",
-            key("d", "dismiss", "back", tooltip="to the orbits"),
-            Binding("s", "column", "column", tooltip="of the histogram"),
+            key("d", "dismiss", "return to the orbits"),
+            Binding("s", "column", "column", tooltip="choose the column of the histogram"),
             Binding("right_square_bracket", "next_column(1)", "next column"),
             key("left_square_bracket", "next_column(-1)", "previous column"),
-            Binding("e", "export", "save", tooltip="the histogram as a figure"),
+            Binding("e", "export", "save", tooltip="save the histogram as a figure"),
         ),
     ]
 
@@ -153,7 +153,7 @@ class CountsScreen(OwnScreen[str | None]):
         with Horizontal(id="counts"):
             yield CountsList(id="tallies")
             yield CountsList(id="histogram")
-        yield Footer(show_command_palette=False, compact=True)
+        yield KeysLine()
 
     def on_mount(self) -> None:
         self.sub_title = self._selection.describe()

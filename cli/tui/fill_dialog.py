@@ -41,6 +41,7 @@ class FillRequest(NamedTuple):
 class FillState:
     """What is filled, how far the work is, and the number of words done.
 
+    `stored` is the number of words that were stored before, once it is known.
     `state` is ``running``, ``stopping``, ``done``, ``stopped`` or ``failed``, and `message` says why a fill
     failed.
     """
@@ -48,6 +49,7 @@ class FillState:
     request: FillRequest
     state: str = "running"
     done: int = 0
+    stored: int | None = None
     message: str = ""
     work: Work = field(default_factory=lambda: Work("filling"))
 
@@ -144,11 +146,14 @@ class FillDialog(Dialog[None]):
                 yield Button("Stop", id="stop", compact=True)
 
     def on_mount(self) -> None:
-        self.watch(self.app, "fill_state", self._follow)
+        self.follow(getattr(self.app, "fill_state", None))
         if self._fills:
             self.query_one("#stop").focus()
 
-    def _follow(self, state: FillState | None) -> None:
+    def follow(self, state: FillState | None) -> None:
+        """Show how far the fill is; close when it is done."""
+        if self._fills and state is not None and state.state == "done":
+            self.dismiss()
         self._fills = runs = state is not None and state.runs
         self.query_one("#start").display = not runs
         self.query_one("#stop").display = runs

@@ -1,18 +1,16 @@
-"""The keys that work now, by purpose, beside the screen."""
+"""The keys that work now, by purpose: the last line of a screen, and a page that can be searched."""
 
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import groupby
 from operator import itemgetter
-from typing import ClassVar
+from typing import Any, NamedTuple
 
-from rich.style import Style
-from rich.table import Table
-from rich.text import Text
-from textual.app import ComposeResult
+from textual.app import App
 from textual.binding import ActiveBinding, Binding, BindingType
-from textual.containers import VerticalScroll
+from textual.content import Content
 from textual.screen import Screen
+from textual.style import Style
 from textual.widgets import Static
 
 PURPOSES = ("move", "choose rows", "orbit", "other")
@@ -36,46 +34,64 @@ def keys_by_purpose(screen: Screen[object]) -> Iterator[tuple[str, list[list[Act
 
 
 def explained(binding: Binding) -> str:
-    """Return what a key does."""
-    return f"{binding.description} {binding.tooltip}".strip()
+    """Return what a key does, as a phrase."""
+    return binding.tooltip or binding.description
 
 
-class KeysPanel(VerticalScroll, can_focus=False):
-    """A list of the keys that work now."""
+class Explained(NamedTuple):
+    """The keys of an action, with its purpose and a phrase that says what it does."""
 
-    COMPONENT_CLASSES: ClassVar[set[str]] = {"keys--key", "keys--purpose"}
+    purpose: str
+    keys: str
+    phrase: str
 
-    _listed: tuple[list[tuple[str, str, str]], list[Style]] | None = None
 
-    def __init__(self, id: str | None = None) -> None:
-        super().__init__(id=id)
-        self._table = Static()  # known even if the panel is removed before it is mounted
+def keys_of(app: App[Any], screen: Screen[object]) -> list[Explained]:
+    """Return the keys that work on a screen."""
+    return [
+        Explained(
+            name,
+            " ".join(dict.fromkeys(app.get_key_display(each.binding) for each in action)),
+            explained(action[0].binding),
+        )
+        for name, actions in keys_by_purpose(screen)
+        for action in actions
+    ]
 
-    def compose(self) -> ComposeResult:
-        yield self._table
+
+def page_of(keys: list[Explained], sought: str = "") -> Content:
+    """Return the keys whose purpose, key or phrase contains a text, each purpose with its title."""
+    found = [each for each in keys if any(sought.casefold() in text.casefold() for text in each)]
+    width = max((len(each.keys) for each in keys), default=0)
+    lines = []
+    for name, group in groupby(found, itemgetter(0)):
+        lines.append(Content.styled(name, "$muted"))
+        lines += [
+            Content.assemble((f"  {each.keys:>{width}}", "bold $key"), f"  {each.phrase}") for each in group
+        ]
+        lines.append(Content(""))
+    return Content("\n").join(lines or [Content("no key does that")])
+
+
+class KeysLine(Static):
+    """The last line of a screen: its most used keys, each of which can be clicked.
+
+    Textual's own `Footer` keeps every line that it has ever shown in memory.
+    """
 
     def on_mount(self) -> None:
         self.screen.bindings_updated_signal.subscribe(self, self.show)
-        self.app.theme_changed_signal.subscribe(self, self.show)
         self.show()
 
     def show(self, _: object = None) -> None:
-        """List the keys, unless the same ones are listed: a new list can give the focus to another widget."""
-        styles = [self.get_component_rich_style(f"keys--{name}", partial=True) for name in ("key", "purpose")]
-        listed = []
-        for name, actions in keys_by_purpose(self.screen):
-            for action in actions:
-                bindings = [each.binding for each in action]
-                keys = " ".join(dict.fromkeys(map(self.app.get_key_display, bindings)))
-                listed.append((name, keys, explained(bindings[0])))
-        if self._listed == (listed, styles):
-            return
-        self._listed = listed, styles
-        table = Table.grid(padding=(0, 1, 0, 0))
-        table.add_column(justify="right")
-        for name, lines in groupby(listed, itemgetter(0)):
-            table.add_row("", Text(name, styles[1]))
-            for _, keys, text in lines:
-                table.add_row(Text(keys, styles[0]), text)
-            table.add_row()
-        self._table.update(table)
+        shown = {
+            each.binding.action: each.binding
+            for each in self.screen.active_bindings.values()
+            if each.enabled and each.binding.show
+        }
+        parts = []
+        for each in shown.values():  # a link has the colour of all links, so the key stands before it
+            click = Style.from_meta({"@click": f"app.simulate_key({each.key.partition(',')[0]!r})"})
+            name = self.app.get_key_display(each)
+            parts.append(Content.assemble((name, "bold $key"), (f" {each.description}", click)))
+        self.update(Content(" ").join(parts))

@@ -11,14 +11,13 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal
 from textual.reactive import reactive
-from textual.widgets import Footer
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.dialogs import FilterDialog
 from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.greeting import Greeting
-from orbitdb.cli.tui.help import KeysPanel, purpose
+from orbitdb.cli.tui.help import KeysLine, purpose
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.panels.facts import FactsPanel
 from orbitdb.cli.tui.panels.filter_bar import FilterBar, View, equals
@@ -55,57 +54,50 @@ class MainScreen(OwnScreen[None]):
             "move",
             key("n", _to("table", "move(1)"), "next orbit"),
             key("p", _to("table", "move(-1)"), "previous orbit"),
-            key("escape", "back", "back", tooltip="to the row"),
-            Binding("q", "back(True)", "back", tooltip="to the rows"),
+            key("escape", "back", "return to the orbit of the row"),
+            Binding("q", "back(True)", "back", tooltip="return to the rows"),
         ),
         *purpose(
             "orbit",
-            Binding("c", _to("side", "code"), "code", tooltip="in any rotation, stored or not"),
-            Binding("enter", "whole", "facts", tooltip="about the orbit, all of them", key_display="enter"),
-            Binding("enter", "back(True)", "back", tooltip="to the rows", key_display="enter"),
-            key("v", _to("side", "draw('view')"), "view", tooltip="stadium or phase space"),
-            key("space", _to("side", "draw('particle')"), "particle", tooltip="starts or stops"),
-            key("T,t", _to("side", f"move_in_class({REVERSE})"), "time reverse"),
-            key("X,x", _to("side", f"move_in_class({MIRROR_X})"), "left-right mirror image"),
-            key("Y", _to("side", f"move_in_class({MIRROR_Y})"), "up-down mirror image"),
-            key("less_than_sign", _to("side", "follow(False)"), "smaller a", tooltip="for this orbit"),
-            key("greater_than_sign", _to("side", "follow(True)"), "larger a", tooltip="for this orbit"),
-            key(
-                "comma", _to("side", "follow(False, True)"), "birth or death", tooltip="at the next smaller a"
-            ),
-            key(
-                "full_stop",
-                _to("side", "follow(True, True)"),
-                "birth or death",
-                tooltip="at the next larger a",
-            ),
-            key("y", _to("side", "copy"), "copy", tooltip="the code"),
-            key("asterisk", "mark", "mark", tooltip="the orbit, or remove its mark"),
+            Binding("c", _to("side", "code"), "code", tooltip="look up a code, stored or not"),
+            Binding("enter", "whole", "facts", tooltip="all facts about this orbit", key_display="enter"),
+            Binding("enter", "back(True)", "back", tooltip="return to the rows", key_display="enter"),
+            key("v", _to("side", "draw('view')"), "switch between stadium and phase space"),
+            key("space", _to("side", "draw('particle')"), "start or stop the particle"),
+            key("T,t", _to("side", f"move_in_class({REVERSE})"), "reverse the orbit in time"),
+            key("X,x", _to("side", f"move_in_class({MIRROR_X})"), "mirror the orbit left-right"),
+            key("Y", _to("side", f"move_in_class({MIRROR_Y})"), "mirror the orbit up-down"),
+            key("less_than_sign", _to("side", "follow(False)"), "follow the orbit to a smaller a"),
+            key("greater_than_sign", _to("side", "follow(True)"), "follow the orbit to a larger a"),
+            key("comma", _to("side", "follow(False, True)"), "follow it down to a birth or death"),
+            key("full_stop", _to("side", "follow(True, True)"), "follow it up to a birth or death"),
+            key("y", _to("side", "copy"), "copy the code"),
+            key("asterisk", "mark", "mark the orbit, or remove its mark"),
         ),
         *purpose(
             "choose rows",
-            key("a", _to("chips", "half_length"), "another a"),
-            key("right_square_bracket", _to("chips", "turn('periods', 1)"), "next period"),
-            key("left_square_bracket", _to("chips", "turn('periods', -1)"), "previous period"),
-            key("o", _to("chips", "turn('statuses', 1)"), "next status"),
-            key("O", _to("chips", "statuses"), "choose statuses", tooltip="from a list"),
-            key("r", _to("chips", "turn('time_reversal', 1)"), "time reversal", tooltip="self, pairs or all"),
-            key("slash", _to("chips", "filter"), "filter", tooltip="the rows, as with --where"),
-            key("equals_sign", "filter_value", "filter", tooltip="by the value under the cursor"),
-            key("apostrophe", _to("chips", "marked"), "marked orbits", tooltip="only, or all"),
-            key("u", "past_view", "undo", tooltip="the last filter, order, columns or a"),
-            Binding("s", _to("rows", "sort"), "sort", tooltip="by a column"),
+            key("a", _to("chips", "half_length"), "change a"),
+            key("right_square_bracket", _to("chips", "turn('periods', 1)"), "show the next period"),
+            key("left_square_bracket", _to("chips", "turn('periods', -1)"), "show the previous period"),
+            key("o", _to("chips", "turn('statuses', 1)"), "show the next status"),
+            key("O", _to("chips", "statuses"), "choose statuses from a list"),
+            key("r", _to("chips", "turn('time_reversal', 1)"), "step through reversal: self, pairs, all"),
+            Binding("slash", _to("chips", "filter"), "filter", tooltip="filter the rows, as with --where"),
+            key("equals_sign", "filter_value", "filter by the value under the cursor"),
+            key("apostrophe", _to("chips", "marked"), "show only the marked orbits, or all"),
+            key("u", "past_view", "undo the last change of filter, order, columns or a"),
+            Binding("s", _to("rows", "sort"), "sort", tooltip="sort by a column"),
             key("R", _to("rows", "reverse_order"), "reverse the order"),
             key("C", _to("rows", "columns"), "choose columns"),
         ),
         *purpose(
             "other",
-            Binding("S", "statistics", "stats", tooltip="by period"),
-            Binding("d", "counts", "counts", tooltip="and histograms"),
-            Binding("E", "copy_view", "copy", tooltip="the view as a command or in Python"),
-            Binding("e", "export", "save", tooltip="the rows or the picture to a file"),
-            Binding("f", "fill", "fill", tooltip="the catalogue"),
-            key("ctrl+r,f5", "look_again", "reload", tooltip="the file"),
+            Binding("S", "statistics", "averages", tooltip="averages over the chosen orbits by period"),
+            Binding("d", "counts", "counts", tooltip="counts and histograms of the rows"),
+            key("E", "copy_view", "copy the view as a command, or as Python"),
+            Binding("e", "export", "save", tooltip="save the rows or the picture to a file"),
+            Binding("f", "fill", "fill", tooltip="fill the catalogue"),
+            key("ctrl+r,f5", "look_again", "read the file again"),
         ),
     ]
 
@@ -132,7 +124,7 @@ class MainScreen(OwnScreen[None]):
             yield self.rows
             yield self.side
         yield Greeting()
-        yield Footer(show_command_palette=False, compact=True)
+        yield KeysLine()
 
     def on_mount(self) -> None:
         self.watch(self.choices, "selection", self._take_selection, init=False)
@@ -143,7 +135,6 @@ class MainScreen(OwnScreen[None]):
         self.watch(self.rows, "word", lambda word: self.side.show_word(word), init=False)
         self.watch(self.side, "orbit", self._take_orbit, init=False)
         self.watch(self.side, "sought", self.rows.go_to, init=False)
-        self.watch(self.app, "fill_state", self.say_choices)
         self.action_look_again()
         self.set_interval(_SECONDS_BETWEEN_LOOKS, self.look_for_changes)
         self.rows.table.focus()
@@ -287,11 +278,9 @@ class MainScreen(OwnScreen[None]):
         self.whole = self.side.need() is not None
 
     def action_back(self, leave: bool = False) -> None:
-        """Go back one step: from the help, the facts, or an orbit other than the row's."""
+        """Go back one step: from the facts, or from an orbit other than the row's."""
         row, orbit = self.rows.table.row, self.side.orbit
-        if not leave and (keys := self.query(KeysPanel)):
-            keys.remove()
-        elif self.whole:
+        if self.whole:
             self.whole = False
         elif row is not None and (orbit is None or (orbit.code, orbit.a) != (row[0], self.side.home)):
             self.side.show_word(row[0], anew=True)

@@ -5,6 +5,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, ClassVar, TypeVar
 
+from textual._styles_cache import StylesCache
 from textual.app import ComposeResult
 from textual.await_complete import AwaitComplete
 from textual.binding import Binding, BindingType
@@ -26,9 +27,8 @@ from orbitdb.store.where import CancelledError
 Result = TypeVar("Result")
 Answer = TypeVar("Answer")
 
-# The help shows the description of a key, then its tooltip; the footer shows the description.
 key = partial(Binding, show=False)
-"""Make a binding that the footer does not show."""
+"""Make a binding that the last line does not show; the page of keys shows its description."""
 
 SCROLLING: list[BindingType] = purpose(
     "move",
@@ -44,8 +44,8 @@ SCROLLING: list[BindingType] = purpose(
 
 LEAVING: list[BindingType] = purpose(
     "other",
-    Binding("escape", "dismiss", "back", tooltip="to the orbits"),
-    key("q", "dismiss", "back", tooltip="to the orbits"),
+    Binding("escape", "dismiss", "back", tooltip="return to the orbits"),
+    key("q", "dismiss", "return to the orbits"),
 )
 
 
@@ -159,6 +159,10 @@ class OwnScreen(Screen[Result], Working):
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Ignore keys that arrive before the widgets exist."""
         return self.is_mounted and super().check_action(action, parameters)
+
+    def on_unmount(self) -> None:
+        """Forget the lines of the screen, of which Textual keeps up to a megabyte."""
+        StylesCache.get_inner_outer.cache_clear()
 
     async def action_to(self, part: str, action: str) -> None:
         await self.app.run_action(action, self.query_one(f"#{part}"))

@@ -9,7 +9,7 @@ from rich.table import Table
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Container
-from textual.widgets import Footer, Static
+from textual.widgets import Static
 
 from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS
 from orbitdb.answers.results import PROVED, Result
@@ -17,7 +17,7 @@ from orbitdb.averages.by_period import Weight
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
-from orbitdb.cli.tui.help import purpose
+from orbitdb.cli.tui.help import KeysLine, purpose
 from orbitdb.cli.tui.panels.canvas import Curve, Plot
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox, TopLine, in_shell
 from orbitdb.errors import InputError
@@ -82,10 +82,10 @@ class StatisticsScreen(OwnScreen[str | None]):
         *LEAVING,
         *purpose(
             "other",
-            Binding("w", "weight", "weight", tooltip="exp or det"),
-            Binding("e", "export", "save", tooltip="the curves as a figure"),
-            Binding("m", "more", "more", tooltip="periods, which takes longer"),
-            Binding("t", "trajectories", "trajectories", tooltip="to compare with, more each time"),
+            Binding("w", "weight", "weight", tooltip="switch the weight: exp or det"),
+            Binding("e", "export", "save", tooltip="save the curves as a figure"),
+            Binding("m", "more", "more", tooltip="show more periods, which takes longer"),
+            Binding("t", "trajectories", "trajectories", tooltip="follow more trajectories to compare"),
         ),
     ]
 
@@ -107,7 +107,7 @@ class StatisticsScreen(OwnScreen[str | None]):
             with Container(id="plots"):
                 for name in _TITLES:
                     yield Plot(id=f"plot-{name}")
-        yield Footer(show_command_palette=False, compact=True)
+        yield KeysLine()
 
     def on_mount(self) -> None:
         """Show what takes no time: the first periods, and stored trajectories."""

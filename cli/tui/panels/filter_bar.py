@@ -13,7 +13,6 @@ from textual.widgets import Static
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.dialogs import FilterDialog, LineDialog, ListDialog, MarksDialog, Names, half_length
-from orbitdb.cli.tui.help import KeysPanel
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import USUAL, Kept, Ordering, begun_periods
 from orbitdb.orbits.status import Status
@@ -171,7 +170,6 @@ class FilterBar(Static, Working):
                 self._kept.remember(typed)
 
         self.trying = True
-        self.screen.query(KeysPanel).remove()  # some terminals pass on no escape shortly before this key
         dialog = FilterDialog(before, self.check_filter, self._kept.state.filters, apply)
         self.app.push_screen(dialog, take)
 

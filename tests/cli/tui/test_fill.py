@@ -2,6 +2,7 @@
 
 import sqlite3
 from contextlib import closing
+from typing import Any
 
 import pytest
 from screens import ask, browsing, press, row_of, settle, shown, table_of, until, write
@@ -105,15 +106,18 @@ async def test_filling_an_empty_catalogue_gives_the_shown_orbit_its_row(tmp_path
         await until(lambda: app.fill_state is not None and not app.fill_state.runs)
         assert app.fill_state.sentence() == "done: 1,101 words"
         await settle(pilot)
-        assert "done: 1,101 words" in shown(app)
-        assert ": nothing to do" in cost(app)
-        await write(pilot, "2-8", "enter", field="#periods")  # at once; the new rows appear as well
-        await until(lambda: app.fill_state.request.periods[-1] == 8 and not app.fill_state.runs)
-        await settle(pilot)
-        await press(pilot, "escape", "f")
+        assert isinstance(app.screen, MainScreen)  # the dialog closes by itself
+        assert app._notifications
+        assert [*app._notifications][-1].message == "fill done: 1,101 words"
+        await press(pilot, "f")
         assert "done" not in shown(app)
-        await press(pilot, "escape")
-        main = app.screen
+        await write(pilot, "2-8", field="#periods")
+        assert "2,096 words to fill" in cost(app)
+        await press(pilot, "enter")
+        await until(lambda: app.fill_state.request.periods[-1] == 8 and not app.fill_state.runs)
+        assert app.fill_state.sentence() == "done: 2,096 words"  # as many as it promised
+        await settle(pilot)
+        main: Any = app.screen
         assert len(table_of(app).source) == app.catalogue.count(Selection()) > 1101
         assert (main.side.orbit.code, main.side.orbit.stored) == ("1232131", True)
         assert row_of(app)[0] == "1123213"

@@ -2,10 +2,7 @@
 
 from pathlib import Path
 
-import pytest
 from screens import browsing, press, shown, until
-
-from orbitdb.cli.tui.help import KeysPanel
 
 
 def messages(app):
@@ -38,17 +35,3 @@ async def test_an_empty_catalogue_shows_an_orbit_and_three_keys(tmp_path):
         assert text.count("•") + text.count("◆") == 7
         await press(pilot, "c", *"13", "enter")
         assert "fill the catalogue" not in shown(app)
-
-
-@pytest.mark.slow
-async def test_the_list_of_keys_may_be_closed_before_it_is_there(varied):
-    """Two keys at once do this."""
-    async with browsing(varied) as (app, pilot):
-        for _ in range(3):
-            app.action_keys()
-            app.screen.action_back()
-            await press(pilot)
-        assert app.is_running
-        assert not app.screen.query(KeysPanel)
-        await press(pilot, "question_mark")
-        assert "next row" in shown(app)

@@ -312,7 +312,7 @@ async def test_enter_shows_all_facts_about_the_orbit(filled_once, size):
         await press(pilot, "G")
         assert "bounces" in shown(app)
         await press(pilot, "question_mark")
-        assert "next page" in shown(app)  # of the facts
+        assert "to the top" in shown(app)  # of the facts
         await press(pilot, "escape", "v")
         assert "phase space" in shown(app)
         for back in ("enter", "escape", "q"):

@@ -178,7 +178,7 @@ async def test_refusals_are_reported_and_earlier_lines_come_back(path, monkeypat
         assert len(app.screen_stack) == 1
         titles = [command.title for command in app.get_system_commands(app.screen)]
         assert {"Filter the rows, as with --where", "Next row", "Quit", "Theme"} <= set(titles)
-        assert "All actions and themes" not in titles  # they are shown
+        assert "List all actions by name, and the themes" not in titles  # they are shown
         assert len(titles) == len(set(titles))
         assert all(titles)
         with monkeypatch.context() as patch:
