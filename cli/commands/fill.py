@@ -243,10 +243,10 @@ def sweep(
     """Count the orbits of further periods and compute the sums that averages need, without storing rows.
 
     'orbitdb table', 'entropy' and 'lyapunov' use a sweep for periods that are not filled. A sweep takes less
-    time than a fill and hardly any disk space. If interrupted, it continues where it stopped; finished
-    periods are skipped.
+    time than a fill and hardly any disk space. If interrupted, it continues where it stopped; periods that
+    are swept or filled are skipped.
     """
-    from orbitdb.store.selection import periods_to_make
+    from orbitdb.store.selection import periods_to_make, written_periods
 
     periods = periods_to_make(p)
     catalogue, span, coming = planned(periods, a, solvers, db, dry_run, sweep=True)
@@ -257,7 +257,10 @@ def sweep(
         sweeps = catalogue.sweep(periods, **work)
     note(f"{span}: {several(coming.words, 'word')}, {time.monotonic() - start:.1f} s, in {db}")
     rows = [sweep.row() for sweep in sweeps]
-    output.write(list(rows[0]), ([*row.values()] for row in rows))
+    if filled := sorted(set(periods).difference(row["p"] for row in rows)):
+        note(f"{written_periods(filled)} at a = {format_float(a)}: filled, so no sweep is needed")
+    if rows:
+        output.write(list(rows[0]), ([*row.values()] for row in rows))
 
 
 BIRTH_COLUMNS = ("p", "classes", "births", "deaths", "always", "least", "largest")

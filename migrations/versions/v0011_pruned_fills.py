@@ -1,4 +1,4 @@
-"""Schema 11: how far the geometrically pruned words of each period are stored; open stadiums."""
+"""Schema 11: fills of pruned words, and open stadiums; sweeps without moments for sum rules."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -42,3 +42,5 @@ def upgrade() -> None:
         sqlite_strict=True,
         sqlite_with_rowid=False,
     )
+    for table in ("sweep", "sweep_block"):
+        op.drop_column(table, "moments")

@@ -13,11 +13,11 @@ from orbitdb.answers.completeness import filled_periods, gaps, without_births
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import PeriodSums, every_period, faults_of, of_divisors
-from orbitdb.averages.sum_rules import ENUMERATED_TO, SumRules, orbits_of_words, sum_rules, swept_sum_rules
-from orbitdb.averages.tilting import TiltedOrbits, TiltMoments
+from orbitdb.averages.sum_rules import SumRules, orbits_of_words, sum_rules
+from orbitdb.averages.tilting import TiltedOrbits
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
-from orbitdb.store.periods import Sweep, moments_of, read_sweeps
+from orbitdb.store.periods import Sweep, read_sweeps
 from orbitdb.store.select import WORDS, Words, arrays_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.sqlite import Connection
@@ -113,15 +113,12 @@ class CompletePeriods(Periods):
         The chosen classes of the filled periods.
     swept : mapping of int to Sweep
         The sweeps of the periods that are not filled.
-    moments : sequence
-        Moments of swept periods for sum rules (`orbitdb.store.periods.moments_of`).
     part : bool
         Whether the classes are only a part of the chosen ones.
     """
 
     classes: OrbitClasses
     swept: Mapping[int, Sweep] = field(default_factory=dict)
-    moments: Sequence[Mapping[int, TiltMoments]] = ()
     part: bool = False
 
     def sums(self) -> dict[int, PeriodSums]:
@@ -165,8 +162,7 @@ def read_complete_periods(
     }
     classes = read_classes(connection, replace(wide, periods=tuple((p, p) for p in filled) or ((0, 0),)))
     periods = tuple(sorted([*filled, *counted]))
-    return CompletePeriods(chosen, wide, periods, unborn, classes=classes, swept=counted,
-                        moments=moments_of(sweeps))  # fmt: skip
+    return CompletePeriods(chosen, wide, periods, unborn, classes=classes, swept=counted)
 
 
 def read_noted(
@@ -204,9 +200,9 @@ def why_no_sum_rules(subset: CompletePeriods) -> str:
     if missing := subset.missing:
         are = "is" if len(missing) == 1 else "are"
         return f"sum rules need all orbits up to a period; p = {', '.join(map(str, missing))} {are} missing"
-    last = ENUMERATED_TO + len(subset.moments)
-    if subset.swept and subset.highest > last:
-        return f"sum rules end at p = {last}: {last + 1} was swept before all lower periods were"
+    if subset.swept:
+        first = min(subset.swept)
+        return f"sum rules need stored orbits: they are blank from p = {first} on, which is swept"
     return ""
 
 
@@ -214,10 +210,9 @@ def sum_rules_of(subset: CompletePeriods) -> SumRules | None:
     """Return the averages of complete periods by sum rules, or None if there are none."""
     if subset.part or subset.missing or not all_orbits(subset.selection):
         return None
-    a = subset.selection.a
-    if subset.swept:
-        return swept_sum_rules(a, subset.moments, subset.highest)
-    return sum_rules(a, read_terms(subset.classes, a), subset.highest)
+    a, last = subset.selection.a, min(subset.swept, default=subset.highest + 1) - 1
+    terms = ((p, orbits) for p, orbits in read_terms(subset.classes, a) if p <= last)
+    return sum_rules(a, terms, last, subset.highest) if last > 1 else None
 
 
 def read_terms(classes: OrbitClasses, a: float) -> Iterator[tuple[int, TiltedOrbits]]:

@@ -78,8 +78,8 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     The rates are those of earlier large fills or sweeps in the file, if there are any, but for the
     relaxation. The catalogue need not exist. Each of the `jobs` processes is assumed to have its own core.
     """
-    stored = list(_stored(path, method))
-    left = {p: count_admissible(p) for p in periods}
+    stored, filled = list(_stored(path, method)), filled_periods(path, a) if method == SWEEP else set()
+    left = {p: count_admissible(p) for p in periods if p not in filled}
     for at, p, done, _ in stored:
         if at == a and p in left:
             left[p] -= done
@@ -90,6 +90,14 @@ def need(path: Path, a: float, periods: Sequence[int], jobs: int, method: str = 
     room = _EMPTY * (words > 0) + sum((BYTES + _BYTES_A_BOUNCE * p) * count for p, count in left.items())
     seconds = max(storing, alone / jobs) * words
     return Need(words, 0 if method == SWEEP else round(room), seconds, alone * words)
+
+
+def filled_periods(path: Path, a: float) -> set[int]:
+    """Return the periods that are completely filled, and so need no sweep; none without a catalogue."""
+    if check_file(path) != SCHEMA_VERSION:
+        return set()
+    with reading(path) as connection:
+        return {fill.p for fill in read_fills(connection, a) if fill.complete}
 
 
 def need_of_pruned(path: Path, periods: Sequence[int], jobs: int) -> Need:

@@ -1,31 +1,25 @@
 """Sweep periods: enumerate, solve and add up orbits block by block, and store only counts and sums."""
 
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from functools import partial
-from itertools import chain
 from pathlib import Path
 from time import thread_time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from orbitdb.arrays import Floats
 from orbitdb.averages.by_period import PeriodSums
-from orbitdb.averages.sum_rules import ENUMERATED_TO, next_tilts, orbits_of_exponents
-from orbitdb.averages.tilting import TiltedOrbits, TiltMoments, from_bytes, to_bytes
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.filling.estimate import SWEEP, need
+from orbitdb.filling.estimate import SWEEP, filled_periods, need
 from orbitdb.filling.period_jobs import PeriodJob, Step, resume, run_steps
 from orbitdb.filling.workers import HERE, Task, Workers, at_work, number_of
 from orbitdb.orbits.exponents import OrbitClasses, Tally, exponents
 from orbitdb.progress import Tell, nobody
 from orbitdb.store import tables
 from orbitdb.store.cursors import Cursor, delete_blocks, open_cursor, sums_of_blocks
-from orbitdb.store.file import reading
-from orbitdb.store.periods import moments_of, read_sweeps
 from orbitdb.store.writer import Writer, replace_row
 from orbitdb.symbols.enumeration import LeastWords, Span, all_least_words, class_spans
 from orbitdb.symbols.pruning import count_admissible
@@ -33,8 +27,6 @@ from orbitdb.symbols.symmetry import SIZES
 
 if TYPE_CHECKING:
     from orbitdb.store.sqlite import Connection
-
-Tilts = Mapping[int, Floats]
 
 CLASSES = 1 << 15
 """Maximum number of classes in a block; it limits the memory used."""
@@ -51,8 +43,11 @@ def sweep(
     workers: Workers | None = None,
     tell: Tell = nobody,
 ) -> None:
-    """Sweep the given periods at the given a (`Catalogue.sweep`)."""
-    coming = need(path, a, periods, number_of(jobs, workers), SWEEP)
+    """Sweep the given periods at the given a that are not filled (`Catalogue.sweep`)."""
+    number, filled = number_of(jobs, workers), filled_periods(path, a)
+    if not (periods := [p for p in periods if p not in filled]):
+        return
+    coming = need(path, a, periods, number, SWEEP)
     with at_work(coming.alone, jobs, workers) as solving:
         words = {p: count_admissible(p) for p in periods}
         steps = sweep_periods(path, a, periods, solving)
@@ -69,27 +64,23 @@ def sweep_periods(
     stadium, periods = Stadium(a), list(periods)
     parameters = {"command": "sweep", "a": a, "periods": periods}
     with closing(Writer(path, parameters, references=False)) as writer:
-        # one by one, because tilts come from lower periods; then again, if some were deleted meanwhile
-        for p in chain(periods, periods):
-            work = _Sweep(writer, stadium.a, _tilts(path, a, p))
-            yield from resume(work, [p], workers if count_admissible(p) > SMALL else HERE)
+        work = _Sweep(writer, stadium.a)
+        yield from resume(work, [p for p in periods if count_admissible(p) <= SMALL], HERE)
+        yield from resume(work, periods, workers)  # including those of the small that were deleted meanwhile
 
 
 class _Sweep(PeriodJob):
-    def __init__(self, writer: Writer, a: float, tilts: Tilts) -> None:
+    def __init__(self, writer: Writer, a: float) -> None:
         super().__init__(writer)
-        self.a, self.tilts = a, tilts
+        self.a = a
 
     def open(self, connection: "Connection", p: int) -> Cursor:
-        """Return the progress of a period; its initial row has the tilts of the period."""
-        moments = to_bytes({level: TiltMoments.none(mu) for level, mu in self.tilts.items()})
-        stadium = self.writer.stadium_id(connection, self.a)
-        return open_cursor(connection, tables.sweep, stadium=stadium, p=p, moments=moments)
+        return open_cursor(connection, tables.sweep, stadium=self.writer.stadium_id(connection, self.a), p=p)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task["SweptSums"]]:
         """Cut a period into the same blocks for any number of jobs, so that the sums do not depend on it."""
-        spans, tilts = class_spans(cursor.p, CLASSES, cursor.after), _tilts_of(cursor)
-        return (partial(solve_swept, self.a, tilts, span) for span in spans)
+        spans = class_spans(cursor.p, CLASSES, cursor.after)
+        return (partial(solve_swept, self.a, span) for span in spans)
 
     def store(self, connection: "Connection", cursor: Cursor, part: "SweptSums") -> dict[str, float]:
         block = {
@@ -97,7 +88,6 @@ class _Sweep(PeriodJob):
             "p": cursor.p,
             "number": cursor.row["blocks"],
             "sums": part.sums.numbers(),
-            "moments": to_bytes(part.moments),
             "run": self.writer.run_id(connection, part.arithmetic),
         }
         replace_row(connection, tables.sweep_block, block)
@@ -106,26 +96,11 @@ class _Sweep(PeriodJob):
     def closing(self, connection: "Connection", cursor: Cursor) -> dict[str, Any]:
         """Add up the blocks of a period, and delete them."""
         blocks, arithmetics = sums_of_blocks(connection, cursor)
-        sums = [PeriodSums.from_numbers(cursor.p, numbers) for numbers, _ in blocks]
-        parts = [from_bytes(of_block) for _, of_block in blocks]
-        moments = {level: TiltMoments.joined([part[level] for part in parts]) for level in _tilts_of(cursor)}
+        sums = [PeriodSums.from_numbers(cursor.p, numbers) for numbers in blocks]
         delete_blocks(connection, cursor)
         number = self.writer.run_id(connection, arithmetics or None)
         total = PeriodSums.joined(sums, cursor.p)
-        return {"sums": total.numbers(), "moments": to_bytes(moments), "run": number}
-
-
-def _tilts_of(cursor: Cursor) -> dict[int, Floats]:
-    return {level: moments.centre for level, moments in from_bytes(cursor.row["moments"]).items()}
-
-
-def _tilts(path: Path, a: float, p: int) -> Tilts:
-    """Return the tilts for the moments of a period; {} if some lower period has no moments."""
-    if p <= ENUMERATED_TO:
-        return {}
-    with reading(path) as connection:
-        moments = moments_of(read_sweeps(connection, a))
-    return next_tilts(a, moments) if len(moments) == p - ENUMERATED_TO - 1 else {}
+        return {"sums": total.numbers(), "run": number}
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,24 +110,18 @@ class SweptSums:
     span: Span
     tally: Tally
     sums: PeriodSums
-    moments: dict[int, TiltMoments]
     processor: float
     arithmetic: str
 
 
-def solve_swept(a: float, tilts: Tilts, span: Span) -> SweptSums:
-    """Find the classes whose representatives lie in a span, solve them, and sum over their orbits.
-
-    The moments are taken around the tilts (`orbitdb.averages.sum_rules`), by level.
-    """
+def solve_swept(a: float, span: Span) -> SweptSums:
+    """Find the classes whose representatives lie in a span, solve them, and sum over their orbits."""
     clock = thread_time()
-    summed = _summed(all_least_words(span), span.p, a, tilts)
+    summed = _summed(all_least_words(span), span.p, a)
     return SweptSums(span, *summed, thread_time() - clock, arithmetic())
 
 
-def _summed(
-    part: LeastWords, p: int, a: float, centres: Tilts
-) -> tuple[Tally, PeriodSums, dict[int, TiltMoments]]:
+def _summed(part: LeastWords, p: int, a: float) -> tuple[Tally, PeriodSums]:
     """Solve classes and add up their orbits, each weighted by the number of words of its class."""
     rows = np.flatnonzero(SIZES[part.stabiliser])
     sizes = SIZES[part.stabiliser[rows]]
@@ -161,9 +130,4 @@ def _summed(
     columns = [(sizes[of.orbits], of.length, of.lyapunov, of.legs.n.sum(axis=0)) for of in solved]
     size, length, lyapunov, walls = (np.concatenate(parts) for parts in zip(none, *columns, strict=True))
     of_orbits = OrbitClasses(np.full(len(size), p), size, length, lyapunov, walls)
-    moments = {}
-    if centres:
-        parts = (orbits_of_exponents(sizes[of.orbits], of, a) for of in solved)
-        orbits = TiltedOrbits.joined(parts)
-        moments = {level: TiltMoments.of(mu, orbits.held(level)) for level, mu in centres.items()}
-    return Tally.of(sizes, solved), PeriodSums.of(of_orbits, p), moments
+    return Tally.of(sizes, solved), PeriodSums.of(of_orbits, p)

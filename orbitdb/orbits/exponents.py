@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from orbitdb.arrays import Batch, Floats, Indices, Integers, Marks
-from orbitdb.billiard.legs import Chain, Derivatives, centre_directions, cut, direction_limits, length
+from orbitdb.billiard.legs import Chain, centre_directions, cut, direction_limits, length
 from orbitdb.billiard.stability import exponent
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import data_frame
@@ -41,7 +41,6 @@ class ClassifiedBatch:
     length: Floats  # of the orbits, shape (N,)
     lyapunov: Floats
     legs: Chain  # the runs and legs of the orbits
-    slopes: Derivatives  # the derivatives of the lengths of the orbits
 
     def of_orbits(self, chosen: Indices) -> "ClassifiedBatch":
         """Return the same statuses and numbers with only the chosen orbits."""
@@ -51,7 +50,6 @@ class ClassifiedBatch:
             length=self.length[chosen],
             lyapunov=self.lyapunov[chosen],
             legs=self.legs.chain(chosen),
-            slopes=self.slopes.rows(chosen),
         )
 
 
@@ -80,8 +78,8 @@ def _decided(
     a = stadium.a
     alpha = newton(legs, a, start=start).alpha
     decided = decide(legs, a, alpha)
-    slopes, status = decided.slopes, decided.status
-    lengths, exponents_ = length(legs, a, alpha), exponent(slopes)
+    status = decided.status
+    lengths, exponents_ = length(legs, a, alpha), exponent(decided.slopes)
     left = np.flatnonzero(status == Status.UNRESOLVED)
     if len(left):
         enclosed = solve_in_balls(unpack(codes[left], p), stadium)
@@ -94,7 +92,6 @@ def _decided(
         lengths[orbits],
         exponents_[orbits],
         legs.chain(orbits),
-        slopes.rows(orbits),
     )
 
 

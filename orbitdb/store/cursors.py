@@ -90,14 +90,13 @@ def keep(connection: sa.Connection, cursor: Cursor, values: Mapping[str, Any]) -
     return replace(cursor, row=row)
 
 
-def sums_of_blocks(connection: sa.Connection, cursor: Cursor) -> tuple[list[tuple[bytes, bytes]], str]:
-    """Return the sums and moments of all blocks of a sweep, in order, and who computed them."""
+def sums_of_blocks(connection: sa.Connection, cursor: Cursor) -> tuple[list[bytes], str]:
+    """Return the sums of all blocks of a sweep, in order, and who computed them."""
     block = t.sweep_block
-    query = select(block.c.sums, block.c.moments).where(cursor.own(block)).order_by(block.c.number)
+    query = select(block.c.sums).where(cursor.own(block)).order_by(block.c.number)
     name = func.json_extract(t.run.c.parameters, "$.arithmetic")
     by = select(name).distinct().join_from(t.run, block).where(cursor.own(block)).order_by(name)
-    blocks = [(sums, moments) for sums, moments in connection.execute(query)]
-    return blocks, " | ".join(connection.scalars(by))
+    return [*connection.scalars(query)], " | ".join(connection.scalars(by))
 
 
 def delete_blocks(connection: sa.Connection, cursor: Cursor) -> None:

@@ -1,6 +1,6 @@
 """What is stored, period by period: fills, sweeps, births; and how much there is at an a and in all."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,6 @@ from orbitdb.text import several
 
 if TYPE_CHECKING:
     from orbitdb.averages.by_period import PeriodSums
-    from orbitdb.averages.tilting import TiltMoments
     from orbitdb.orbits.exponents import Tally
 
 
@@ -147,8 +146,6 @@ class Sweep(Record):
         Elapsed time and processor time.
     sums : PeriodSums or None
         The sums over the orbits; None until the sweep is done.
-    moments : mapping of int to TiltMoments
-        Moments for sum rules, by level (`orbitdb.averages.sum_rules`); empty until the sweep is done.
     """
 
     p: int
@@ -158,7 +155,6 @@ class Sweep(Record):
     seconds: float
     processor: float
     sums: "PeriodSums | None" = field(repr=False)
-    moments: "Mapping[int, TiltMoments]" = field(repr=False)
 
     @property
     def complete(self) -> bool:
@@ -186,28 +182,13 @@ def read_sweeps(connection: Connection, a: float) -> list[Sweep]:
     return [_as_sweep(dict(row)) for row in connection.execute(query).mappings()]
 
 
-def moments_of(sweeps: Iterable[Sweep]) -> "list[Mapping[int, TiltMoments]]":
-    """Return the moments of the swept periods above `ENUMERATED_TO`, up to the first period that has none."""
-    from orbitdb.averages.sum_rules import ENUMERATED_TO
-
-    by_period = {stored.p: stored.moments for stored in sweeps}
-    moments: list[Mapping[int, TiltMoments]] = []
-    while stored := by_period.get(ENUMERATED_TO + 1 + len(moments)):
-        moments.append(stored)
-    return moments
-
-
 def _as_sweep(row: Mapping[str, Any]) -> Sweep:
     from orbitdb.averages.by_period import PeriodSums
-    from orbitdb.averages.tilting import from_bytes
     from orbitdb.orbits.exponents import Tally
 
     p, tally = row["p"], Tally(*(row[name] for name in TALLIED))
-    sums, moments = None, {}
-    if row["state"] == DONE:
-        sums, moments = PeriodSums.from_numbers(p, row["sums"] or b""), from_bytes(row["moments"])
-    spent = row["blocks"], row["seconds"], row["processor"]
-    return Sweep(p, row["state"], tally, *spent, sums, moments)
+    sums = PeriodSums.from_numbers(p, row["sums"] or b"") if row["state"] == DONE else None
+    return Sweep(p, row["state"], tally, row["blocks"], row["seconds"], row["processor"], sums)
 
 
 @dataclass(frozen=True)

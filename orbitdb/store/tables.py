@@ -308,9 +308,7 @@ level = _keyed(
 )
 
 # How far a period is swept at one value of a: the number of blocks, the counts so far, the elapsed time and
-# the processor time in seconds. The sums (orbitdb.averages.by_period) and the moments
-# (orbitdb.averages.tilting) are stored once the state is 'done'; until then, the moments are those of
-# no orbit.
+# the processor time in seconds. The sums (orbitdb.averages.by_period) are stored once the state is 'done'.
 sweep = _keyed(
     "sweep",
     _refer("stadium", "stadium", primary_key=True),
@@ -322,7 +320,6 @@ sweep = _keyed(
     _real("processor"),
     *(_integer(name) for name in TALLIED),
     _blob("sums", null=True),
-    _blob("moments"),
     _refer("run", "run", null=True),
 )
 
@@ -333,7 +330,6 @@ sweep_block = _keyed(
     _integer("p", primary_key=True),
     _integer("number", primary_key=True),
     _blob("sums"),
-    _blob("moments"),
     _refer("run", "run"),
     ForeignKeyConstraint(["stadium", "p"], ["sweep.stadium", "sweep.p"]),
 )

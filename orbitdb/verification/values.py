@@ -134,7 +134,6 @@ _OWN: Mapping[str, Mapping[str, str]] = {
         "number": """number >= 0 AND number < (SELECT blocks FROM sweep
             WHERE sweep.stadium = sweep_block.stadium AND sweep.p = sweep_block.p)""",
         "sums": "length(sums) % 8 = 0 AND length(sums) > 0",
-        "moments": "length(moments) % 8 = 0",
     },
 }
 """The other conditions, by table and column."""

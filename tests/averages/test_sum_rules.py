@@ -1,22 +1,17 @@
-"""Averages by sum rules: tilted weights, sums over orbits, sums from power series, and known values."""
+"""Averages by sum rules: tilted weights, sums over orbits, and known values."""
 
 import numpy as np
 import pytest
 from contents import answer
 from quick import slow_but
-from same import same
+from solutions import sum_rules_to, tilted
 from there import there
 
 from orbitdb.answers.complete_periods import read_complete_periods, sum_rules_of
-from orbitdb.averages import sum_rules as module
 from orbitdb.averages.exact_means import exact_means
-from orbitdb.averages.sum_rules import beginning, next_tilts, orbits_of_exponents, swept_sum_rules
-from orbitdb.averages.tilting import TiltedOrbits, TiltMoments, from_bytes, tilt, to_bytes
+from orbitdb.averages.tilting import TiltedOrbits, tilt
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.orbits.exponents import exponents
 from orbitdb.store.selection import Selection
-from orbitdb.symbols.enumeration import Span, least_words
-from orbitdb.symbols.symmetry import SIZES
 
 HIGHEST = 9
 TRAJECTORIES = {0.5: 1.85931011, 1.0: 2.40989931, 1.6: 2.81181711, 3.0: 3.37908170, 6.0: 4.03309448}
@@ -25,7 +20,7 @@ TRAJECTORIES = {0.5: 1.85931011, 1.0: 2.40989931, 1.6: 2.81181711, 3.0: 3.379081
 
 def terms_of(a, highest):
     """Return legs, remainder, and the sums of ln D, ln K and c2 for each orbit up to the highest period."""
-    orbits = beginning(a, highest).orbits
+    orbits = TiltedOrbits.joined(orbits for _, orbits in tilted(a, highest))
     means = np.array([[mean.value] for mean in exact_means(a).terms])
     return orbits.legs, orbits.rest, *(orbits.x + means * orbits.legs)
 
@@ -71,7 +66,7 @@ def test_every_orbit_is_within_the_bounds(a):
 
 @pytest.mark.parametrize("a", slow_but([0.5, 1.6, 6.0], TRAJECTORIES))
 def test_values_agree_with_trajectories_within_their_errors(a):
-    found = swept_sum_rules(a, [], HIGHEST)
+    found = sum_rules_to(a, HIGHEST)
     assert found.p.tolist() == list(range(2, HIGHEST + 1))
     assert (np.abs(found.lambda_l - TRAJECTORIES[a]) < found.lambda_l_error).all()
     assert abs(found.lambda_l[-1] / TRAJECTORIES[a] - 1) < 2e-4
@@ -87,7 +82,7 @@ def test_values_agree_with_trajectories_within_their_errors(a):
 
 @pytest.mark.slow
 def test_the_error_estimate_is_useful_at_small_a():
-    found = swept_sum_rules(0.1, [], HIGHEST)
+    found = sum_rules_to(0.1, HIGHEST)
     assert abs(found.lambda_l[-1] - 0.89199) < found.lambda_l_error[-1] < 0.03  # trajectories +- 0.00015
 
 
@@ -95,7 +90,7 @@ def test_a_catalogue_gives_the_sum_rules_of_its_orbits(filled):
     found = there(
         sum_rules_of(answer(filled, read_complete_periods, Selection.from_criteria(status="orbit")))
     )
-    alone = swept_sum_rules(1.6, [], HIGHEST - 1)
+    alone = sum_rules_to(1.6, HIGHEST - 1)
     np.testing.assert_allclose(found.lambda_d_sum_rule, alone.lambda_d_sum_rule, rtol=1e-9)
 
 
@@ -105,64 +100,3 @@ def test_a_catalogue_gives_the_sum_rules_of_its_orbits(filled):
 def test_a_subset_of_the_orbits_has_no_sum_rules(filled, criteria):
     chosen = Selection.from_criteria(**{"status": "orbit"} | criteria)
     assert sum_rules_of(answer(filled, read_complete_periods, chosen)) is None
-
-
-@pytest.mark.parametrize("k", range(4))
-def test_power_series_give_the_sums_near_their_centre(k):
-    rng = np.random.default_rng(k)
-    orbits = TiltedOrbits(*(rng.normal(size=size) for size in (3000, (k, 3000), 3000, 3000)))
-    centre, step = rng.normal(size=k) / 3, rng.normal(size=k) / 50
-    parts = [
-        TiltMoments.of(centre, TiltedOrbits(*(column[..., part] for column in vars(orbits).values())))
-        for part in (slice(0, 1000), slice(1000, 3000))
-    ]
-    moments = TiltMoments.joined(parts)
-    assert same(TiltMoments.joined(parts[::-1]), moments)
-    assert same(from_bytes(to_bytes({k: moments}))[k], moments)
-    found, expected = moments.at(centre + step), orbits.at(centre + step)
-    for name in ("total", "slope", "spread", "rest", "legs"):
-        close = pytest.approx(getattr(expected, name), rel=1e-9, abs=1e-9 * expected.total)
-        assert getattr(found, name) == close, name
-    assert abs(found.total - expected.total) <= found.missing + 1e-12 * expected.total
-
-
-def test_foreign_bytes_are_refused():
-    good = to_bytes({2: TiltMoments.none(np.zeros(2))})
-    for wrong in (good[:-8], np.full(9, 7.0).tobytes(), np.full(9, np.nan).tobytes()):
-        with pytest.raises(ValueError, match="moments"):
-            from_bytes(wrong)
-
-
-@pytest.mark.parametrize("a", [0.5, pytest.param(1.6, marks=pytest.mark.slow)])
-def test_averages_from_moments_equal_averages_over_all_orbits(monkeypatch, a):
-    first, last = (7, 9) if a == 0.5 else (9, 12)
-    monkeypatch.setattr(module, "ENUMERATED_TO", last)
-    beginning.cache_clear()
-    expected = swept_sum_rules(a, [], last)
-    monkeypatch.setattr(module, "ENUMERATED_TO", first)
-    beginning.cache_clear()
-    moments: list[dict[int, TiltMoments]] = []
-    for p in range(first + 1, last + 1):
-        parts = [
-            orbits_of_exponents(SIZES[words.stabiliser[part.orbits]], part, a)
-            for words in least_words(Span.of_period(p))
-            for part in exponents(words.codes, p, Stadium(a))
-        ]
-        orbits = TiltedOrbits.joined(parts)
-        tilts = next_tilts(a, moments).items()
-        moments.append({level: TiltMoments.of(mu, orbits.held(level)) for level, mu in tilts})
-    found = swept_sum_rules(a, moments, last + 1)
-    less = swept_sum_rules(a, [{min(each): each[min(each)]} for each in moments], last)
-    alone = swept_sum_rules(a, [{max(each): each[max(each)]} for each in moments], last)
-    beginning.cache_clear()
-    beyond = expected.p > first
-    assert (alone.level == expected.level).all()
-    np.testing.assert_allclose(alone.lambda_l, expected.lambda_l, rtol=0, atol=1e-7)
-    assert np.isnan(alone.lambda_l_below[beyond]).all()
-    assert (less.level == expected.level - beyond).all()
-    np.testing.assert_allclose(less.lambda_l[beyond], expected.lambda_l_below[beyond], rtol=0, atol=1e-7)
-    assert np.isnan(less.lambda_l_below[beyond]).all()
-    assert found.level[:-1].tolist() == expected.level.tolist()
-    np.testing.assert_allclose(found.lambda_l[:-1], expected.lambda_l, rtol=0, atol=1e-7)
-    np.testing.assert_allclose(found.lambda_l_error[:-1], expected.lambda_l_error, rtol=0, atol=1e-6)
-    assert np.isnan(found.lambda_l[-1])

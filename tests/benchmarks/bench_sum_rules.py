@@ -12,10 +12,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from solutions import class_rows, lyapunov
+from solutions import class_rows, lyapunov, sum_rules_to
 
 from orbitdb.averages.exact_means import exact_means
-from orbitdb.averages.sum_rules import SumRules, swept_sum_rules
+from orbitdb.averages.sum_rules import SumRules
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.trajectories.ensemble import Reference
 from orbitdb.trajectories.legwise import simulate_legs
@@ -30,7 +30,7 @@ def report(a: float, highest: int) -> tuple[SumRules, Reference]:
     """Print the line for a half length."""
     means = exact_means(a)
     clock = time.process_time()
-    found = swept_sum_rules(a, [], highest)
+    found = sum_rules_to(a, highest)
     seconds = time.process_time() - clock
     clock = time.process_time()
     known = simulate_legs(Stadium(a), BOUNCES, means.growth)

@@ -49,7 +49,7 @@ def test_single_words_are_stored_at_the_a_and_by_the_method_that_were_asked_for(
         ("births --p 5", lambda c: c.fill_births(range(2, 6)),
          "SELECT cycle, number, a, error, kind FROM change ORDER BY cycle, number"),
         (f"sweep --p 6 --a {A}", lambda c: c.sweep("2-6"),
-         "SELECT p, words, n_c, sums, moments FROM sweep ORDER BY p"),
+         "SELECT p, words, n_c, sums FROM sweep ORDER BY p"),
         (f"bounds --a {A} --edges 6 --store", lambda c: c.prove_bounds(6),
          "SELECT a, proof, edges, lower, upper FROM entropy_bound ORDER BY edges"),
         (f"simulate --a {A} --bounces 20000 --seed 3", lambda c: c.simulate(20_000, seed=3),

@@ -90,7 +90,7 @@ def stored(path: Path) -> Stored:
             "pruned_fill": "p, state, cursor, words",
             "birth_fill": "p, state, cursor, words, classes, births, deaths, always, least, largest",
             # without its blocks: a sweep that was merely not closed gets an extra empty one
-            "sweep": "stadium, p, state, cursor, words, n_c, classes, boundary, sums, moments",
+            "sweep": "stadium, p, state, cursor, words, n_c, classes, boundary, sums",
             "sweep_block": "*",
         }
         found = {

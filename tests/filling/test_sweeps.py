@@ -14,9 +14,8 @@ from quick import slow_but
 from sqlalchemy import Connection, Engine, event
 from there import there
 
-from orbitdb.answers.complete_periods import read_complete_periods, sum_rules_of
+from orbitdb.answers.complete_periods import read_complete_periods
 from orbitdb.averages.by_period import PeriodSums
-from orbitdb.averages.sum_rules import beginning
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
@@ -50,11 +49,9 @@ def test_sweeps_have_the_counts_and_sums_of_fills(tmp_path, a):
     path = tmp_path / "orbits.db"
     found = swept(path, a)
     with closing(Catalogue(path)) as catalogue:
-        swept_rules = there(sum_rules_of(answer(path, read_complete_periods, Selection(a), swept=True)))
         swept_counts = counts_of(catalogue, a=a)
     list(fill_periods(path, a, PERIODS))
     with closing(Catalogue(path)) as catalogue:
-        rules = there(sum_rules_of(answer(path, read_complete_periods, Selection(a), swept=True)))
         fills = {fill.p: fill for fill in catalogue.fills(a=a)}
         rows = catalogue.classes(a=a, status="orbit").by_period()
         assert swept_counts.tallies == counts_of(catalogue, a=a).tallies
@@ -65,8 +62,6 @@ def test_sweeps_have_the_counts_and_sums_of_fills(tmp_path, a):
         assert (tally.words, tally.n_c, tally.classes, tally.boundary, tally.unresolved) == counts
         np.testing.assert_allclose(swept_sums.sums, sums.sums, rtol=1e-13)
         np.testing.assert_allclose(swept_sums.ranges, sums.ranges, rtol=1e-13)
-    np.testing.assert_allclose(swept_rules.lambda_l, rules.lambda_l, rtol=1e-13)
-    np.testing.assert_allclose(swept_rules.lambda_l_error, rules.lambda_l_error, rtol=0, atol=1e-13)
     assert all(each.seconds > 0 and each.processor > 0 for each in found.values())
     assert (a != 1.0) or fills[4].boundary == 0 < there(fills[6].boundary)
 
@@ -109,7 +104,7 @@ def test_a_sweep_adds_up_the_blocks_of_its_own_stadium(awkward, tmp_path):
     before = whole(awkward)["sweep_block"]
     with reading(awkward) as connection:
         blocks, _ = sums_of_blocks(connection, Cursor(tables.sweep, {"stadium": 2, "p": 8}))
-    assert [sums for sums, _ in blocks] == [row[3] for row in sorted(before) if row[0] == 2]
+    assert blocks == [row[3] for row in sorted(before) if row[0] == 2]
     Catalogue(awkward).sweep([8], a=0.3)
     (*_, resumed), alone = Catalogue(awkward).sweeps(a=0.3), swept(tmp_path / "alone.db", 0.3, [8])[8]
     assert (resumed.p, resumed.complete, resumed.tally) == (8, True, alone.tally)
@@ -149,29 +144,19 @@ def test_a_sweep_names_every_arithmetic_it_used(tmp_path):
     assert ask(path, query) == [(" | ".join(sorted([arithmetic(), "another"])),)]
 
 
-@pytest.mark.slow
-def test_sum_rules_come_from_sweeps(tmp_path, monkeypatch):
-    """They equal the sum rules of the orbits; the moments of each period are taken around earlier tilts."""
-    for module in ("averages.sum_rules", "answers.complete_periods", "filling.sweeps"):
-        monkeypatch.setattr(f"orbitdb.{module}.ENUMERATED_TO", 5)
-    beginning.cache_clear()
+def test_sum_rules_are_blank_from_the_first_swept_period_on(tmp_path):
+    """A note says so. A sweep leaves out what is filled."""
     path = tmp_path / "orbits.db"
-    sweeps = swept(path, 0.5, range(2, 8))
-    assert [p for p, each in sweeps.items() if each.moments] == [6, 7]
-    swept(tmp_path / "late.db", 0.5, periods=[7])
-    swept(tmp_path / "late.db", 0.5, periods=range(2, 7))
-    with closing(Catalogue(tmp_path / "late.db")) as late:
-        assert not late.sweeps(a=0.5)[-1].moments
-        (note,) = (each for each in late.lyapunov(a=0.5).notes if "sum rules" in each)
-        assert "end at p = 6" in note
-    with closing(Catalogue(path)) as catalogue:
-        assert not any("sum rules" in each for each in catalogue.lyapunov(a=0.5).notes)
-        found = there(sum_rules_of(answer(path, read_complete_periods, Selection(0.5), swept=True)))
-    list(fill_periods(path, 0.5, range(2, 8)))
-    with closing(Catalogue(path)) as catalogue:
-        expected = there(sum_rules_of(answer(path, read_complete_periods, Selection(0.5), swept=True)))
-    beginning.cache_clear()
-    np.testing.assert_allclose(found.lambda_l, expected.lambda_l, rtol=0, atol=1e-6)
+    catalogue = Catalogue.create(path, a=0.5)
+    catalogue.fill("2-6")
+    assert [sweep.p for sweep in catalogue.sweep("5-8")] == [7, 8]
+    found, filled = catalogue.lyapunov(), catalogue.lyapunov(p="2-6")
+    for name in ("lambda_d_sum_rule", "lambda_c_sum_rule_error"):
+        assert found[name] == [*filled[name], None, None]
+        assert filled[name][-1] is not None
+    assert found["lambda_d_zeta"][-1] is not None
+    assert any("blank from p = 7 on, which is swept" in note for note in found.notes)
+    assert catalogue.sweep("2-6") == []
 
 
 @pytest.mark.usefixtures("small_sweeps")

@@ -208,7 +208,7 @@ def test_several_jobs_get_smaller_blocks_down_to_a_quarter():
     [
         next(cut_into_blocks(1.6, "newton", 3)),
         partial(solve_block, find_changes, False, Span.of_period(3)),
-        partial(solve_swept, 1.6, {}, Span.of_period(3)),
+        partial(solve_swept, 1.6, Span.of_period(3)),
         partial(enclose, 1.6, 3),
     ],
     ids=lambda block: block.func.__name__,

@@ -58,7 +58,7 @@ def test_a_file_with_other_columns_has_another_version(tmp_path):
         "WHERE m.type = 'table' ORDER BY m.name, c.cid"
     )
     digest = sha256(repr(ask(tmp_path / "new.db", columns)).encode()).hexdigest()
-    assert (SCHEMA_VERSION, digest[:12]) == (11, "84e50b19c77e")
+    assert (SCHEMA_VERSION, digest[:12]) == (11, "5ae0d6ec84f8")
 
 
 def test_a_newer_schema_is_refused(filled):
@@ -97,16 +97,17 @@ def test_stored_periods_are_not_estimated_again(filled, tmp_path):
 
 
 def test_stored_sweeps_are_not_estimated_again_and_set_the_rate(filled, monkeypatch):
-    whole = need(filled, 1.6, range(2, 10), 1, SWEEP)
+    whole = need(filled, 1.0, range(2, 10), 1, SWEEP)
+    assert need(filled, 1.6, range(2, 10), 1, SWEEP).words == count_admissible(9)  # the others are filled
     assert whole.words == sum(map(count_admissible, range(2, 10)))
-    made(filled, sweep_periods(filled, 1.6, range(2, 9)))
-    rest = need(filled, 1.6, range(2, 10), 4, SWEEP)
+    made(filled, sweep_periods(filled, 1.0, range(2, 9)))
+    rest = need(filled, 1.0, range(2, 10), 4, SWEEP)
     assert (rest.words, rest.bytes) == (count_admissible(9), 0)
     assert rest.alone / whole.seconds == pytest.approx(rest.words / whole.words)
     monkeypatch.setattr("orbitdb.filling.estimate.ENOUGH", 500)
-    large = [sweep for sweep in Catalogue(filled).sweeps(a=1.6) if sweep.p in (7, 8)]
+    large = [sweep for sweep in Catalogue(filled).sweeps(a=1.0) if sweep.p in (7, 8)]
     rate = sum(sweep.processor for sweep in large) / (712 + 2096)
-    found = need(filled, 1.6, [9], 4, SWEEP)
+    found = need(filled, 1.0, [9], 4, SWEEP)
     assert (found.alone, 4 * found.seconds) == pytest.approx([rate * rest.words] * 2)
 
 

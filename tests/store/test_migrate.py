@@ -61,12 +61,15 @@ def schema(path: Path) -> dict[str, list[str]]:
 
 
 def columns(path: Path) -> dict[str, str]:
-    """Return the columns of every table, without the number of transactions, which an upgrade increases."""
+    """Return the columns of every table.
+
+    The number of transactions, which an upgrade increases, and the moments, which it drops, are left out.
+    """
     named = ask(
         path,
         "SELECT m.name, group_concat(c.name) FROM sqlite_master AS m, pragma_table_info(m.name) AS c "
         "WHERE m.type = 'table' AND m.name NOT IN ('sqlite_sequence', 'alembic_version') "
-        "AND c.name != 'commits' GROUP BY m.name",
+        "AND c.name NOT IN ('commits', 'moments') GROUP BY m.name",
     )
     return dict(named)
 

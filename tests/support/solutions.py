@@ -12,14 +12,16 @@ from orbitdb.averages.by_period import (
     entropy_of_counts,
     lyapunov_of_periods,
 )
+from orbitdb.averages.sum_rules import SumRules, orbits_of_words, sum_rules
+from orbitdb.averages.tilting import TiltedOrbits
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
-from orbitdb.orbits.exponents import OrbitClasses
+from orbitdb.orbits.exponents import OrbitClasses, exponents
 from orbitdb.orbits.orbits import Orbits
 from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
 from orbitdb.symbols import enumeration as classes
 from orbitdb.symbols.enumeration import Span, all_least_words
-from orbitdb.symbols.symmetry import all_images
+from orbitdb.symbols.symmetry import SIZES, all_images
 from orbitdb.symbols.words import unpack
 
 
@@ -32,6 +34,22 @@ def words_of(p: int) -> np.ndarray:
 @cache
 def representatives(p: int) -> np.ndarray:
     return classes.representatives(p)[0]
+
+
+def tilted(a: float, highest: int) -> list[tuple[int, TiltedOrbits]]:
+    """Return the orbits of each period from 2 on, as sum rules take them."""
+    found = []
+    for p in range(2, highest + 1):
+        classes = all_least_words(Span.of_period(p))
+        for part in exponents(classes.codes, p, Stadium(a)):
+            words, sizes = unpack(classes.codes[part.orbits], p), SIZES[classes.stabiliser[part.orbits]]
+            found.append((p, orbits_of_words(words, sizes, part.lyapunov, a)))
+    return found
+
+
+def sum_rules_to(a: float, highest: int) -> SumRules:
+    """Return the averages by sum rules over all orbits up to each period."""
+    return sum_rules(a, tilted(a, highest), highest, highest)
 
 
 @cache

@@ -38,7 +38,7 @@ COLUMNS = {
     "birth_fill": "p state cursor seconds words classes births deaths always least largest",
     "trajectory": "id stadium bounces groups seed lambda_d lambda_c mean_free_path run",
     "entropy_bound": "a proof edges lower upper windows undecided run",
-    "sweep": "stadium p state cursor blocks seconds processor words n_c classes boundary sums moments run",
+    "sweep": "stadium p state cursor blocks seconds processor words n_c classes boundary sums run",
 }
 VALUES = {
     "NULL": "NULL",

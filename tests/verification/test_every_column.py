@@ -34,7 +34,7 @@ CANNOT = {
     "level": {"error"},
     "level_fill": {"low", "high", "seconds"},
     "sweep": {"seconds", "processor", "blocks"},
-    "sweep_block": {"number", "sums", "moments"},
+    "sweep_block": {"number", "sums"},
 }  # fmt: skip
 """Columns in which a small change goes unnoticed: docs/faults.md says so. Impossible values are found."""
 
