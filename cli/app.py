@@ -74,8 +74,8 @@ _OPTIONS = {
         "where", "parameters",
     ),
     "Output": (
-        "classes", "order", "limit", "offset", "columns", "by_bounce", "format_", "form", "json",
-        "output", "force",
+        "classes", "order", "limit", "offset", "columns", "by_bounce", "format_", "form", "json", "digits",
+        "uncertainty", "output", "force",
     ),
     "Other": ("quiet", "help"),
 }  # fmt: skip

@@ -1,19 +1,25 @@
 """Describe a word and its bounces as text for people."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from orbitdb.cli.output import LONG_CODE, Format, code_text, number, write
-from orbitdb.text import several, with_bound
+from orbitdb.cli.output import LONG_CODE, Format, Output, code_text, number, write
+from orbitdb.text import in_brackets, several, with_bound
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
+
+_MOST_BOUNCES = 40
+"""Maximum number of bounces to list."""
 
 _NUMBERS = ("length", "lyapunov", "lambda_d", "lambda_c", "maslov", "margin", "residual", "error")
 
 
 def facts(
-    orbit: "Orbit", born_with: Sequence[tuple[float, list[str]]] = (), sign: str = "+-"
+    orbit: "Orbit",
+    born_with: Sequence[tuple[float, list[str]]] = (),
+    sign: str = "+-",
+    output: Output | None = None,
 ) -> list[tuple[str, str]]:
     """Return the facts about a word, and the words born with it, as pairs of a name and a text."""
     from orbitdb.orbits.births import closed_form
@@ -39,7 +45,7 @@ def facts(
     for name in _NUMBERS if orbit.length is not None else ("margin",):
         value, bound = getattr(orbit, name), getattr(orbit, f"{name}_error", None)
         if value is not None:
-            facts.append((name, number(name, value) if bound is None else with_bound(value, bound, sign)))
+            facts.append((name, _said(name, value, bound, sign, output)))
     if orbit.class_size is not None:
         words, least = several(orbit.class_size, "word"), code_text(orbit.representative)
         another = "orbit" if orbit.status in EXISTING else "word"
@@ -48,6 +54,13 @@ def facts(
         symmetry = "no symmetry" if orbit.symmetry == "1" else f"symmetry {orbit.symmetry}"
         facts += [("time_reversal", reversal), ("class", f"{words}, least {least}, {symmetry}")]
     return [*facts, ("stored", "yes" if orbit.stored else "no: solved on the spot")]
+
+
+def _said(name: str, value: Any, bound: float | None, sign: str, output: Output | None) -> str:
+    """Return a number of an orbit as text, with its bound, if there is one, or as the options ask."""
+    if bound is None or (output is not None and output.digits is not None):
+        return number(name, value, output.digits if output else None)
+    return in_brackets(value, bound) if output and output.uncertainty else with_bound(value, bound, sign)
 
 
 def lives_text(lives: Sequence[tuple[float, float | None]]) -> str:
@@ -64,7 +77,7 @@ _WALLS = ("bottom", "left, up", "top", "right, up", "left, down", "right, down")
 
 def write_bounces(orbit: "Orbit") -> None:
     """Write the bounces of an orbit, unless there are too many for a screen."""
-    if orbit.coordinates is None or orbit.p > LONG_CODE:
+    if orbit.coordinates is None or orbit.p > _MOST_BOUNCES:
         return
     from orbitdb.orbits.bounces import bounce_rows
 

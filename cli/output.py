@@ -21,7 +21,7 @@ from orbitdb.cli.advice import completed
 from orbitdb.errors import InputError
 from orbitdb.output_files import TEXT_WRITERS
 from orbitdb.progress import Tell, aside, nobody, shown
-from orbitdb.text import as_sure, format_float, joined, line, outward, printable, upwards
+from orbitdb.text import as_sure, format_float, in_brackets, joined, line, outward, printable, upwards
 
 
 class Format(StrEnum):
@@ -53,8 +53,11 @@ _BOUNDS = {"lower": ROUND_FLOOR, "upper": ROUND_CEILING}
 ON_SCREEN = 40
 """Maximum number of rows of a table, unless the user gives another limit."""
 
-LONG_CODE = 40
+LONG_CODE = 24
 """Longer codes are shown in run notation."""
+
+_LONGEST_CODE = 80
+"""Longer texts in run notation are cut."""
 
 _TINY = ("residual", "distance", "difference", "_max", "_median", "setting", "worst")
 """Columns whose names end in these are shown with few digits: only their order of magnitude matters."""
@@ -132,36 +135,40 @@ def progress(
     return shown(text, expected)
 
 
-def number(name: str, value: Any) -> str:
-    """Return a value as text for people, rounded as its column requires."""
+def number(name: str, value: Any, digits: int | None = None) -> str:
+    """Return a value as text for people, rounded to significant digits, or else as its column requires."""
     if value is None:
         return ""
     if isinstance(value, float):
         if name in _BOUNDS:
-            return outward(value, _BOUNDS[name])
+            places = 8 if digits is None else max(0, digits - 1 - math.floor(math.log10(abs(value) or 1.0)))
+            return outward(value, _BOUNDS[name], places)
         if name.startswith(_TIMES):
             return f"{value:.3g}"
         if name.endswith("error"):
             return upwards(value)
         if name.endswith(_TINY) or (value and abs(value) < 1e-4):
             return f"{value:z.1e}"
-        if name == "K_0":
+        if name == "K_0" and digits is None:
             return f"{math.floor(value * 1000) / 1000:.3f}"  # truncated, not rounded, as in the paper
-        decimals = _DECIMALS.get(name, 6)
-        return format_float(value) if name in ("a", "kappa") else f"{value:z.{decimals}f}"
+        if name in ("a", "kappa"):
+            return format_float(value)
+        return (
+            f"{value:z.{_DECIMALS.get(name, 6)}f}" if digits is None else f"{value:z#.{digits}g}".rstrip(".")
+        )
     if isinstance(value, list | tuple):
-        return " ".join(number(name, item) for item in value)
+        return " ".join(number(name, item, digits) for item in value)
     return printable(str(value))
 
 
-def code_text(code: str) -> str:
+def code_text(code: str, most: int = LONG_CODE) -> str:
     """Return a code as text for people; long codes are in run notation, truncated if still long."""
-    if len(code) <= LONG_CODE:
+    if len(code) <= most:
         return code
     from orbitdb.symbols.words import run_notation
 
     text = run_notation(code)
-    return text if len(text) <= 2 * LONG_CODE else f"{text[: 2 * LONG_CODE]}... ({len(code)} symbols)"
+    return text if len(text) <= _LONGEST_CODE else f"{text[:_LONGEST_CODE]}... ({len(code)} symbols)"
 
 
 def repeats(word: str, root: str) -> str:
@@ -178,33 +185,55 @@ def not_shown(count: int, total: int, remedy: bool = True) -> str:
     return f"; {count} shown{f', --limit {total} shows all' if remedy else ''}"
 
 
-def write(columns: Sequence[str], rows: Iterable[Sequence[Any]], form: Format) -> int:
-    """Write rows to stdout, and return their number."""
+def write(
+    columns: Sequence[str],
+    rows: Iterable[Sequence[Any]],
+    form: Format,
+    digits: int | None = None,
+    uncertainty: bool = False,
+) -> int:
+    """Write rows to stdout, and return their number; `digits` and `uncertainty` are as in `Output`."""
     if form in FOR_PEOPLE:
-        texts, left = _cells(columns, rows)
+        texts, left = _cells(columns, rows, digits, uncertainty)
+        if uncertainty:
+            kept = [place for place, name in enumerate(columns) if bounded_by(name, columns) is None]
+            columns, left = [columns[place] for place in kept], [left[place] for place in kept]
+            texts = [[cells[place] for place in kept] for cells in texts]
         lines = {Format.TABLE: _table, Format.MARKDOWN: _markdown, Format.LATEX: _latex}[form]
         sys.stdout.writelines(f"{line}\n" for line in lines(columns, texts, left) if texts)
         return len(texts)
     return TEXT_WRITERS[form](sys.stdout, columns, rows)
 
 
-def _cells(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> tuple[list[list[str]], list[bool]]:
+def bounded_by(name: str, columns: Sequence[str]) -> str | None:
+    """Return the column whose error this column has, if both are there."""
+    names = ("k", "survival") if name == "error" else (name.removesuffix("_error"),)
+    return next((of for of in names if of != name and of in columns), None)
+
+
+def _cells(
+    columns: Sequence[str], rows: Iterable[Sequence[Any]], digits: int | None, uncertainty: bool
+) -> tuple[list[list[str]], list[bool]]:
     """Return the texts of all cells, and for each column whether it is text and thus aligned left."""
     texts, left = [], [False] * len(columns)
     errors = [
-        (columns.index(name), columns.index(f"{name}_error"))
-        for name in _SAMPLED
-        if f"{name}_error" in columns and name in columns
+        (columns.index(of), place)
+        for place, name in enumerate(columns)
+        if (of := bounded_by(name, columns)) is not None
+        and (uncertainty or (of in _SAMPLED and digits is None))
     ]
+    shown = in_brackets if uncertainty else as_sure
     for row in rows:
         cells = [
-            printable(code_text(value)) if name in _CODES and value is not None else number(name, value)
+            printable(code_text(value))
+            if name in _CODES and value is not None
+            else number(name, value, digits)
             for name, value in zip(columns, row, strict=True)
         ]
         for place, beside in errors:
             value, error = row[place], row[beside]
             if isinstance(value, float) and isinstance(error, float):  # in SQL, they can be anything
-                cells[place] = as_sure(value, error)
+                cells[place] = shown(value, error)
         texts.append(cells)
         left = [is_text or not _is_number(value) for is_text, value in zip(left, row, strict=True)]
     return texts, left
@@ -272,6 +301,7 @@ _MATHEMATICS = {
 }  # fmt: skip
 """Columns whose headings LaTeX sets as formulas."""
 
+_POWER_OF_RUN = re.compile(r"\^([0-9]+)")
 _POWER = re.compile(r"(-?[0-9.]+)e([+-])0*([0-9]+)")
 
 
@@ -295,6 +325,8 @@ def _latex_heading(name: str) -> str:
 
 def _latex_cell(name: str, text: str, is_text: bool) -> str:
     """Return a LaTeX cell: codes in typewriter type, negative numbers and powers of ten in math mode."""
+    if name in _CODES and "^" in text:
+        return r"$\mathtt{" + _POWER_OF_RUN.sub(r"^{\1}", text) + "}$"
     if name in _CODES and text:
         return rf"\texttt{{{text.translate(_IN_LATEX)}}}"
     if not is_text and (power := _POWER.fullmatch(text)):
@@ -312,8 +344,22 @@ class Output:
         typer.Option("--format", metavar="FORMAT", help="table, csv, tsv, json, jsonl, markdown or latex."),
     ] = Format.TABLE
     json: Annotated[bool, typer.Option("--json", help="Same as --format json.")] = False
+    digits: Annotated[
+        int | None,
+        typer.Option(metavar="COUNT", min=1, max=17, help="Significant digits of the numbers in tables."),
+    ] = None
+    uncertainty: Annotated[
+        bool,
+        typer.Option(
+            "--uncertainty", help="In tables, write numbers with a bound or an error as 22.454362(3)."
+        ),
+    ] = False
 
     def __post_init__(self) -> None:
+        if not self.for_people and (self.digits is not None or self.uncertainty):
+            raise InputError("--digits and --uncertainty are for tables; other formats have all digits")
+        if self.uncertainty and self.digits is not None:
+            raise InputError("--uncertainty chooses the digits: leave out --digits")
         if self.json and self.format_ not in (Format.TABLE, Format.JSON):
             raise InputError(
                 f"--json and --format {self.format_} contradict each other: leave one of them out"
@@ -340,4 +386,4 @@ class Output:
 
     def write(self, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> int:
         """Write rows to stdout, and return their number."""
-        return write(columns, rows, self.form)
+        return write(columns, rows, self.form, self.digits, self.uncertainty)

@@ -210,6 +210,24 @@ def concise(value: float | None, error: float | None) -> str | None:
     return f"{value:z.{decimals}f}({round(digits.scaleb(decimals, _UPWARDS))})"
 
 
+def in_brackets(value: float, bound: float) -> str:
+    """Format a number with one digit of its bound in brackets: 22.45(3) means within 0.03 of 22.45.
+
+    The bound includes the rounding of the number that is shown.
+    """
+    if not 0 < bound < math.inf:
+        return repr(value) if bound == 0 else f"{value:.1g}(inf)"
+    exact, decimals = Decimal.from_float(value), max(0, -math.floor(math.log10(bound)))
+    own = Context(prec=400)  # whatever precision this program's caller has set
+    while True:
+        shown = exact.quantize(Decimal((0, (1,), -decimals)), context=own)
+        off = own.add(Decimal.from_float(bound), own.subtract(exact, shown).copy_abs())
+        units = off.scaleb(decimals, own).to_integral_value(ROUND_CEILING)
+        if units < 10 or not decimals:
+            return f"{shown:f}({units})"
+        decimals -= 1
+
+
 def gigabytes(count: float) -> str:
     """Format a number of bytes in a suitable unit."""
     if count >= 1e11:

@@ -26,6 +26,9 @@ SHADOW_COLUMNS = ("code", "p", "first", "last", "turns", "distance", "length", "
 
 LENGTH_COLUMNS = ("code", "p", "class_size", "repetitions", "length", "total", "difference")
 LENGTH_KEYS = (*LENGTH_COLUMNS, "lyapunov", "length_error", "a")
+_LONG_SEQUENCE = 40
+"""Longer sequences are shown in run notation."""
+
 _MOST_CHARACTERS = 1_000_000
 """Maximum number of characters to read; no trajectory needs that many."""
 
@@ -164,7 +167,7 @@ def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: O
     if output.table:
         back = max(0, 1 - path.first)
         parts = (("before", path.sequence[:back]), ("sequence", path.sequence[back:]))
-        write_facts([(name, code_text(symbols)) for name, symbols in parts if symbols])
+        write_facts([(name, code_text(symbols, _LONG_SEQUENCE)) for name, symbols in parts if symbols])
         if path.shadowed:
             print()
     names = SHADOW_COLUMNS if output.for_people else path.columns

@@ -92,6 +92,7 @@ def query(
         )
     in_table = (*TABLE_COLUMNS, *_sorted_by(order))
     names = asked_columns(columns, in_table if output.for_people else WRITTEN, a)
+    names = (*names, *_bounds_of(names, output))
     with snapshot(db, a, choice) as (catalogue, selections):
         listing = catalogue.rows(
             selections, columns=names, order=order, limit=limit, offset=offset, classes=classes
@@ -106,6 +107,12 @@ def query(
             note(f"{listing.describe(total)}{not_shown(count, total, remedy=not offset)}")
     if not count:
         raise typer.Exit(1)
+
+
+def _bounds_of(names: Sequence[str], output: Output) -> list[str]:
+    """Return the columns with the bounds of the named ones if --uncertainty needs them."""
+    bounds = [f"{name}_error" for name in names] if output.uncertainty else []
+    return [name for name in bounds if name in OF_CATALOGUE and name not in names]
 
 
 def _sorted_by(order: str) -> list[str]:
@@ -129,6 +136,7 @@ def _show_words(
     in_rows = columns is not None or not output.table or many_a(a)
     usual = ("code",) if by_bounce else TABLE_COLUMNS if in_rows and output.for_people else WORD_KEYS
     keys = asked_columns(columns, usual, a, OF_A_WORD)
+    keys = (*keys, *(() if by_bounce else _bounds_of(keys, output)))
     words = primitive_words(codes)
     with solving(db, a) as (catalogue, values):
         asked = [catalogue.orbit(words, a=at) for at in values]
@@ -147,7 +155,7 @@ def _show_words(
     for orbit, born_with in zip(orbits, partners, strict=True):
         if orbit is not orbits[0]:
             print()
-        write_facts(facts(orbit, born_with))
+        write_facts(facts(orbit, born_with, output=output))
         write_bounces(orbit)
     return len(orbits)
 

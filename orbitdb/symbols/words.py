@@ -113,25 +113,22 @@ def _complaint(text: str, place: int) -> str:
 
 
 def run_notation(word: str) -> str:
-    """Return a word with repetitions written as powers, such as ``1^20 (02)^5 3``, which `parse` can read.
+    """Return a word with repetitions written as powers, such as ``1^20(02)^5 3``, which `parse` can read.
 
-    Only three or more repetitions of the same group of up to eight symbols become a power.
+    Only three or more repetitions of the same group of up to eight symbols become a power. A blank separates
+    a power from a digit after it.
     """
     terms: list[str] = []
-    plain = ""
-    place = 0
+    place, ends_in_power = 0, False
     while place < len(word):
-        if power := _RUN.match(word, place):
-            unit = power[1]
-            count = len(power[0]) // len(unit)
-            terms += [plain] if plain else []
-            terms.append(f"{unit}^{count}" if len(unit) == 1 else f"({unit})^{count}")
-            plain = ""
-            place += count * len(unit)
-        else:
-            plain += word[place]
-            place += 1
-    return " ".join(terms + ([plain] if plain else []))
+        power = _RUN.match(word, place)
+        unit = power[1] if power else word[place]
+        if ends_in_power and len(unit) == 1:
+            terms.append(" ")
+        count = len(power[0]) // len(unit) if power else 1
+        terms.append(unit if count == 1 else f"{unit}^{count}" if len(unit) == 1 else f"({unit})^{count}")
+        place, ends_in_power = place + count * len(unit), count > 1
+    return "".join(terms)
 
 
 def least_rotation(word: str) -> str:

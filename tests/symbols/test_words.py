@@ -134,7 +134,7 @@ def test_codes_give_words_or_an_error(unit, place, wrong):
 
 
 def test_run_notation_is_short():
-    assert run_notation("1" * 20 + "02" * 5 + "3") == "1^20 (02)^5 3"
+    assert run_notation("1" * 20 + "02" * 5 + "3") == "1^20(02)^5 3"
     assert run_notation("1232131") == "1232131"
     assert run_notation("113") == "113"
     assert run_notation("1" * 100_000) == "1^100000"
