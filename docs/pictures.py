@@ -207,6 +207,7 @@ DRAWN: dict[str, Callable[[Path], str]] = {
     "spacings.svg": Figure("orbitdb plot spacings -o", (LEVELS,)),
     "rigidity.svg": Figure("orbitdb plot rigidity -o", (LEVELS,)),
     "wave.svg": Figure("orbitdb plot wave 13 --k 20.17 --parity ee -o"),
+    "escape.svg": Figure("orbitdb plot escape --opening top:-0.3:0.3 -o"),
     "field.svg": Figure("orbitdb plot field 1232131 -o"),
     "husimi.svg": Figure("orbitdb plot husimi 13 --k 20.17 --parity ee -o"),
     "entropy-over-a.svg": Figure(

@@ -1187,12 +1187,12 @@ class Catalogue:
         with self._reading() as connection:
             at = self._at(a, connection)
             asked = Question.of(at, opening, without, trajectories, bounces, _seed(seed))
-            stored = stored_escape(connection, asked)
+            stored, known = stored_escape(connection, asked)
         if stored is not None:
             return stored
         file = self.check_writable() if store else None
         with telling(progress, "trajectories") as tell:
-            found = find_escape(asked, jobs, tell)
+            found = find_escape(asked, known, jobs, tell)
         if store:
             self.keep(found, file)
         return found

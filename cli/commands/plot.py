@@ -82,6 +82,7 @@ def plot(
     ],
     code: options.Codes = None,
     a: options.StoredHalfLengths = None,
+    opening: options.Openings = None,
     choice: SelectionOptions,
     order: options.Order = "p",
     over_a: Annotated[
@@ -140,6 +141,8 @@ def plot(
         with progress("drawing"), style.sized(inches):
             if figure.source == "catalogue":
                 made = _of_catalogue(figure, choice, given, k, values, a, db)
+            elif figure.source == "opening":
+                made = _of_opening(figure, opening, choice.without, a, db)
             elif figure.source == "wave":
                 made = _of_wave(figure, codes, k, given, a, db)
             else:
@@ -271,6 +274,14 @@ def _of_wave(
     at, orbits = _orbits(codes, a, db)
     orbit = next(iter(orbits), None)
     return _draw(figure, {}, nearest_wave(at, near, parity), orbit)
+
+
+def _of_opening(
+    figure: Figure, opening: list[str] | None, without: list[str] | None, a: Asked, db: Path
+) -> "Picture":
+    """Draw what escapes from an open stadium, as it is stored or computed on the spot."""
+    with solving(db, a) as (catalogue, (at,)):
+        return _draw(figure, {}, catalogue.escape(opening or (), without or (), a=at, jobs=None, store=False))
 
 
 def _of_words(figure: Figure, codes: Sequence[str], values: dict[str, Any], a: Asked, db: Path) -> "Picture":

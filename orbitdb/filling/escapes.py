@@ -6,7 +6,7 @@ from pathlib import Path
 from orbitdb.filling.workers import at_work
 from orbitdb.open_stadium.escape import Escape
 from orbitdb.open_stadium.question import Question
-from orbitdb.open_stadium.rates import escape_rates
+from orbitdb.open_stadium.rates import Rates, escape_rates
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.paths import FileId, check_same_file
 from orbitdb.store.storing import keep_escape
@@ -16,11 +16,16 @@ _SECONDS = 2e-7
 """Approximate time to follow a trajectory for one bounce."""
 
 
-def find_escape(asked: Question, jobs: int | None = 1, tell: Tell = nobody) -> Escape:
-    """Answer a question about an open stadium; the number of processes does not change the answer."""
+def find_escape(
+    asked: Question, known: Rates | None = None, jobs: int | None = 1, tell: Tell = nobody
+) -> Escape:
+    """Answer a question about an open stadium, whose rates may be known.
+
+    The number of processes does not change the answer.
+    """
     with at_work(asked.trajectories * asked.expected * _SECONDS, jobs) as workers:
         sampled = asked.sampled(workers.solved(asked.tasks()), tell)
-    return asked.answer(sampled, escape_rates(asked.opened, asked.left, tell))
+    return asked.answer(sampled, known or escape_rates(asked.opened, asked.left, tell))
 
 
 def keep_found(path: Path, found: Escape, file: FileId | None = None) -> None:

@@ -125,7 +125,7 @@ class Escape(Table, Drawn):
     def _columns_shown(self) -> dict[str, list[Any]]:
         return self.columns()
 
-    _FIGURES = ("escape",)
+    _FIGURES = ("escape", "escape-time")
 
     def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
         return (self,), f"Escape {ways(self.opening, self.without)} at a = {format_float(self.a)}"

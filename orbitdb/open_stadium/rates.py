@@ -20,11 +20,11 @@ from orbitdb.open_stadium.tails import Tails
 from orbitdb.open_stadium.transfer import Legs
 from orbitdb.progress import Tell, nobody
 
-GRIDS = 200, 300
-"""Cells along each coordinate in the two matrices whose rates are compared."""
+GRIDS, GRIDS_WITH_STATES = (200, 300), (100, 150)
+"""Cells along each coordinate in the two matrices whose rates are compared, without and with patterns."""
 
-_LEAST_ERROR = 0.005
-"""Least relative error of a rate."""
+_LEAST_ERROR, _LEAST_WITH_STATES = 0.005, 0.01
+"""Least relative errors of rates, without and with patterns."""
 
 FAST = 0.15
 """Above this rate per bounce, runs along a semicircle outlive everything else before the rate shows."""
@@ -50,17 +50,20 @@ def escape_rates(stadium: OpenStadium, left: Tails, tell: Tell = nobody) -> Rate
 
     Notes
     -----
-    Each error is twice the change between two grids, at least half a per cent, and at least the statistical
-    error of the points that escape. That of the rate per bounce includes the change between the two cuts.
+    Each error is twice the change between two grids, at least half a per cent (one with patterns), and at
+    least the statistical error of the points that escape. That of the rate per bounce includes the change
+    between the two cuts.
     """
     found, lost = [], 0
-    for done, grid in enumerate(GRIDS):
-        tell(done, len(GRIDS), f"transfer matrix of {grid} x {grid} cells")
+    grids = GRIDS if stadium.patterns is None else GRIDS_WITH_STATES
+    for done, grid in enumerate(grids):
+        tell(done, len(grids), f"transfer matrix of {grid} x {grid} cells")
         legs = Legs.of(stadium, grid)
         found.append(_of_grid(legs, stadium, left))
         lost = legs.lost
     coarse, fine = found
-    least = max(_LEAST_ERROR, lost**-0.5) if lost else np.inf
+    least = _LEAST_ERROR if stadium.patterns is None else _LEAST_WITH_STATES
+    least = max(least, lost**-0.5) if lost else np.inf
     pairs: list[float | None] = []
     for before, after in zip(coarse, fine, strict=True):
         if before is None or after is None or not least < 1:

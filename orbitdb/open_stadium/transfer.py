@@ -21,7 +21,7 @@ from orbitdb.arrays import Floats, Indices
 from orbitdb.open_stadium.flight import Flights, OpenStadium
 from orbitdb.trajectories.ensemble import Arcs, arcs_at, stays
 
-_POINTS, _POINTS_WITH_STATES = 6, 4
+_POINTS = 6
 """Points of a cell along each coordinate, one at random in each square of a finer grid."""
 
 _SETTLED = 1e-7
@@ -44,9 +44,8 @@ class Legs(NamedTuple):
     def of(cls, stadium: OpenStadium, grid: int) -> "Legs":
         """Follow legs from all cells, in every state in which one may begin."""
         cells, states, parts, lost = 2 * grid**2, [0], [], 0
-        points = _POINTS if stadium.patterns is None else _POINTS_WITH_STATES
         for state in states:  # grows while it is read
-            for source, share, arcs in _points(grid, points):
+            for source, share, arcs in _points(grid):
                 kept, target, after, bounces, path = _followed(stadium, arcs, state, grid)
                 lost += len(source) - len(kept)
                 states += sorted({*np.unique(after).tolist()} - {*states})
@@ -78,17 +77,17 @@ class Legs(NamedTuple):
         return math.log(size) / 2, vector
 
 
-def _points(grid: int, points: int) -> Iterator[tuple[Indices, Floats, Arcs]]:
+def _points(grid: int) -> Iterator[tuple[Indices, Floats, Arcs]]:
     """Yield points of the cells that are first bounces of runs: their cells, shares and the points."""
-    fine, rng = grid * points, np.random.default_rng(grid)
-    rows = max(1, _CHUNK // (fine * points)) * points
+    fine, rng = grid * _POINTS, np.random.default_rng(grid)
+    rows = max(1, _CHUNK // (fine * _POINTS)) * _POINTS
     for number, side in enumerate((-1.0, 1.0)):
         for row in range(0, fine, rows):
             high = np.arange(row, min(row + rows, fine))
             shape = len(high), fine
             angle = np.pi * ((high[:, None] + rng.random(shape)) / fine - 0.5)
             sine = 2 * (np.arange(fine) + rng.random(shape)) / fine - 1
-            cell = number * grid**2 + high[:, None] // points * grid + np.arange(fine) // points
+            cell = number * grid**2 + high[:, None] // _POINTS * grid + np.arange(fine) // _POINTS
             sides = np.full(angle.size, side)
             back = arcs_at(sides, angle.ravel(), -sine.ravel())
             first = np.flatnonzero(~stays(back))

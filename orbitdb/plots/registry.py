@@ -11,11 +11,11 @@ from typing import Any, Literal
 
 from orbitdb.errors import InputError
 
-Source = Literal["orbit", "orbits", "word", "wave", "catalogue", "object"]
+Source = Literal["orbit", "orbits", "word", "wave", "opening", "catalogue", "object"]
 """What a figure is drawn from.
 
 ``orbit``, ``orbits`` and ``wave`` figures get orbits, or the wave of a level and perhaps an orbit; ``word``
-figures get a word, which need not be an orbit, and a;
+figures get a word, which need not be an orbit, and a; ``opening`` figures get what escapes;
 ``catalogue`` figures get a catalogue and a selection, or several of them; those of an ``object`` are drawn
 only by the ``.plot()`` of an object.
 """
@@ -157,6 +157,11 @@ FIGURES: list[Figure] = [
         "magnetic.actions_in_field", "magnetic.draw_actions", source="word", takes=(*WORD, "kappa"),
         passes=("kappa",),
     ),
+    Figure(
+        "escape", "survival in an open stadium, against bounces and time (--opening, --without)",
+        "escape.escape", "escape.draw_escape", source="opening", takes=("a", "opening", "without"),
+    ),
+    Figure("escape-time", axes="escape.draw_escape_time", source="object"),
     Figure("path", axes="paths.draw_path", source="object"),
 ]  # fmt: skip
 """All figures, in the order of the help; the variants of a figure come after it."""

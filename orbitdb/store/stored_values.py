@@ -16,6 +16,7 @@ from orbitdb.store.sqlite import cursor_of
 if TYPE_CHECKING:
     from orbitdb.open_stadium.escape import Escape
     from orbitdb.open_stadium.question import Question
+    from orbitdb.open_stadium.rates import Rates
     from orbitdb.quantum.exact_levels import LevelWindow
     from orbitdb.quantum.weyl import Parity
     from orbitdb.trajectories.ensemble import Reference
@@ -89,17 +90,17 @@ def stored_escapes(connection: Connection, a: float | None = None) -> "list[Esca
     return found
 
 
-def stored_escape(connection: Connection, asked: "Question") -> "Escape | None":
-    """Return the stored answer to a question about an open stadium, or None."""
-    key = asked.opening, asked.without, asked.trajectories, asked.bounces, asked.seed
-    return next(
-        (
-            one
-            for one in stored_escapes(connection, asked.stadium.a)
-            if (one.opening, one.without, one.trajectories, one.bounces, one.seed) == key
-        ),
-        None,
-    )
+def stored_escape(connection: Connection, asked: "Question") -> "tuple[Escape | None, Rates | None]":
+    """Return the stored answer to a question, or else the stored rates of its open stadium."""
+    from orbitdb.open_stadium.rates import Rates
+
+    known = None
+    for one in stored_escapes(connection, asked.stadium.a):
+        if (one.opening, one.without) == (asked.opening, asked.without):
+            if (one.trajectories, one.bounces, one.seed) == (asked.trajectories, asked.bounces, asked.seed):
+                return one, None
+            known = Rates(*(getattr(one, name) for name in Rates._fields))
+    return None, known
 
 
 def level_windows(connection: Connection) -> list[tuple[float, str, float, float, int]]:

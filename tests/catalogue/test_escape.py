@@ -17,6 +17,7 @@ from orbitdb.open_stadium import rates
 def coarse(monkeypatch):
     """Use small transfer matrices, which are quick; the errors of the rates say how far off they are."""
     monkeypatch.setattr(rates, "GRIDS", (40, 60))
+    monkeypatch.setattr(rates, "GRIDS_WITH_STATES", (40, 60))
 
 
 @pytest.fixture
@@ -37,6 +38,12 @@ def test_stored_result_is_read_back(catalogue, monkeypatch):
         made.gaps,
         made.notes,
     )
+
+
+def test_rates_are_read_whatever_the_sample(catalogue, monkeypatch):
+    made = catalogue.escape("top:-0.3:0.3", trajectories=0)
+    monkeypatch.setattr("orbitdb.filling.escapes.escape_rates", lambda *_: pytest.fail("computed again"))
+    assert catalogue.escape("top:-0.3:0.3", trajectories=100, bounces=5).rates() == made.rates()
 
 
 def test_processes_do_not_change_the_result(catalogue):

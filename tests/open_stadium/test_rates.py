@@ -82,4 +82,5 @@ def test_rate_per_leg_is_the_simulated_one(a, opening, without):
 )
 def test_rates_that_are_not_defined_say_why(opening, without, why, monkeypatch):
     monkeypatch.setattr(rates, "GRIDS", (40, 60))
+    monkeypatch.setattr(rates, "GRIDS_WITH_STATES", (40, 60))
     assert any(why in note for note in escape(1.6, opening, without, trajectories=0).notes)

@@ -9,7 +9,7 @@ import pytest
 from figures import texts_are_readable
 from made_levels import keep_made_levels
 
-from orbitdb import Catalogue, Selection, solve_word, waves
+from orbitdb import Catalogue, Selection, escape, solve_word, waves
 from orbitdb.plots import averages, screen, style
 from orbitdb.plots.registry import FIGURES, NAMES, EmptyFigureError, figure_of, load_function
 from orbitdb.quantum.weyl import Parity
@@ -87,6 +87,8 @@ def drawn(name: str, catalogue: Catalogue) -> style.Picture:
         return draw(catalogue, few, **more)
     if figure.source == "wave":
         return draw(next(iter(waves(1.6, 3.0, 6.0, "ee"))), solve_word("0123", 1.6))
+    if figure.source == "opening":
+        return draw(escape(1.6, "top:-0.3:0.3", trajectories=5000))
     if figure.source == "word":
         return draw("1232131", 1.6)
     return draw(solve_word("010203113", 1.6))
