@@ -1307,7 +1307,7 @@ class Catalogue:
         >>> catalogue.verify(p="2-5").sound
         True
         """
-        from orbitdb.answers.completeness import gaps_of_periods
+        from orbitdb.answers.completeness import gaps_at
         from orbitdb.verification.verify import verifiable, verified
 
         everywhere = not isinstance(selection, Selection) and criteria.get("a") is None
@@ -1319,7 +1319,7 @@ class Catalogue:
             if unnamed:
                 every = Selection.from_criteria(**criteria)
                 selections = tuple(replace(every, a=at) for at in verifiable(connection))
-            missing = gaps_of_periods(connection, selections, everywhere)
+            missing = gaps_at(connection, selections, everywhere)
         with telling(progress, "verify") as tell:
             found = verified(path, selections, sample, restarts, drawn, births, prove, jobs, tell)
         return replace(found, notes=(*missing, *found.notes))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from orbitdb.answers.completeness import filled_periods, gaps, without_births
+from orbitdb.answers.completeness import Coverage
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
 from orbitdb.averages.by_period import PeriodSums, every_period, faults_of, of_divisors
@@ -17,7 +17,7 @@ from orbitdb.averages.sum_rules import SumRules, orbits_of_words, sum_rules
 from orbitdb.averages.tilting import TiltedOrbits
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
-from orbitdb.store.periods import Sweep, read_sweeps
+from orbitdb.store.periods import Sweep
 from orbitdb.store.select import WORDS, Words, arrays_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.sqlite import Connection
@@ -152,9 +152,10 @@ def read_complete_periods(
     if not chosen.statuses:
         chosen = replace(chosen, statuses=(Status.ORBIT,))
     wide = with_lower(chosen) if lower else chosen
-    unborn = tuple(without_births(connection, wide))
-    filled = [p for p in filled_periods(connection, wide) if p not in unborn]
-    sweeps = read_sweeps(connection, wide.a) if swept and all_orbits(wide) else []
+    coverage = Coverage(connection, wide)
+    unborn = tuple(coverage.without_births())
+    filled = [p for p in coverage.filled if p not in unborn]
+    sweeps = coverage.sweeps if swept and all_orbits(wide) else []
     counted = {
         sweep.p: sweep
         for sweep in sweeps
@@ -174,7 +175,9 @@ def read_noted(
     """
     subset = read_complete_periods(connection, chosen, swept, lower)
     empty = {*subset.classes.p.tolist(), *subset.swept}.isdisjoint(subset.shown)
-    notes += gaps(connection, subset.selection, left_out=True, from_sweeps=subset.swept, empty=empty)
+    coverage = Coverage(connection, subset.selection)
+    notes += coverage.gaps(swept=subset.swept, left_out=True)
+    notes += filter(None, [coverage.nothing(bool(subset.swept)) if empty else ""])
     return None if empty else subset
 
 

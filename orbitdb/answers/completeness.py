@@ -5,7 +5,9 @@ Missing data never count as zero. Instead, a note with every list, count or aver
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,7 +18,7 @@ from orbitdb.orbits.least_values import largest_least_length, least_length, leas
 from orbitdb.orbits.status import Status
 from orbitdb.store.lives import counts_at
 from orbitdb.store.lookup import WITH_ORBITS, a_values, default_among
-from orbitdb.store.periods import Fill, read_birth_fills, read_fills, read_pruned_fills, read_sweeps
+from orbitdb.store.periods import Fill, Sweep, read_birth_fills, read_fills, read_pruned_fills, read_sweeps
 from orbitdb.store.select import asks_of_lives, parse_order
 from orbitdb.store.selection import Selection, SelectionError, written_periods
 from orbitdb.store.sqlite import DATABASE_ERRORS, Connection
@@ -71,11 +73,229 @@ class Counted:
         return numbers
 
 
-def counts(connection: Connection, selection: Selection) -> Counted:
+class Coverage:
+    """What is stored of a chosen subset, at one moment; each table is read once, when it is first needed.
+
+    Parameters
+    ----------
+    connection : Connection
+    chosen : Selection
+    """
+
+    def __init__(self, connection: Connection, chosen: Selection) -> None:
+        self.connection, self.chosen = connection, chosen
+
+    def of(self, chosen: Selection) -> "Coverage":
+        """Return the coverage of another subset at the same a, for which nothing is read again."""
+        other = copy(self)
+        other.chosen = chosen
+        return other
+
+    @cached_property
+    def fills(self) -> list[Fill]:
+        """All fills at this a, in order of period."""
+        return read_fills(self.connection, self.chosen.a)
+
+    @cached_property
+    def sweeps(self) -> list[Sweep]:
+        """All sweeps at this a, in order of period."""
+        return read_sweeps(self.connection, self.chosen.a)
+
+    @cached_property
+    def born(self) -> list[int]:
+        """The periods whose births and deaths are all stored, in ascending order."""
+        return periods_with_births(self.connection)
+
+    @cached_property
+    def pruned(self) -> dict[int, bool]:
+        """The periods with geometrically pruned words, and whether all of them are stored."""
+        return {p: whole for p, (_, whole) in read_pruned_fills(self.connection).items()}
+
+    @cached_property
+    def filled_at(self) -> list[float]:
+        """Every a that has fills, in order."""
+        return a_values(self.connection, ["fill"])
+
+    @property
+    def filled(self) -> list[int]:
+        """The chosen periods that are completely filled, in ascending order."""
+        return [fill.p for fill in self.fills if fill.complete and self.chosen.includes(fill.p)]
+
+    @property
+    def partial(self) -> list[int]:
+        """The chosen periods that are only partly stored; lists include their words."""
+        return [fill.p for fill in self.fills if not fill.complete and self.chosen.includes(fill.p)]
+
+    def without_births(self, names: Sequence[str] = (), order: str = "p") -> list[int]:
+        """Return the chosen periods that are filled, but whose births are needed and not stored.
+
+        They are needed if the subset, the columns `names` or the order of the rows depends on them.
+        """
+        if not asks_of_lives(self.chosen, names, order):
+            return []
+        return [p for p in sorted([*self.filled, *self.partial]) if p <= MAX_PERIOD and p not in self.born]
+
+    # notes
+
+    def gaps(
+        self,
+        names: Sequence[str] = (),
+        order: str = "p",
+        *,
+        swept: Collection[int] = (),
+        from_births: Collection[int] = (),
+        left_out: bool = False,
+    ) -> list[str]:
+        """Return a line for each kind of gap: chosen periods that are partial, not filled, or without births.
+
+        Periods counted from sweeps or births are complete, but get a line, too. Set `left_out` if the result
+        leaves out partial periods.
+        """
+        lines = [self._pruned_not_stored()]
+        if self.chosen.statuses != (Status.GEOMETRIC,):  # fills do not store these words
+            counted = {*swept, *from_births}
+            lines.append(self._counted(swept, "counted by a sweep, without stored rows"))
+            lines.append(self._counted(from_births, "counted from births, without a fill"))
+            lines.append(self._partly(counted, left_out))
+            lines += [self.unfilled(counted), self.lacking_births(names, order)]
+        return [line for line in lines if line]
+
+    def nothing(self, swept: bool = False) -> str:
+        """Return a message that the subset is empty, or '' if `gaps` says that none of it is stored."""
+        chosen = self.chosen
+        if chosen.statuses == (Status.GEOMETRIC,):
+            return "" if self._pruned_not_stored() else f"no {chosen.describe()}"
+        missing = self.unfilled()
+        if missing and not (swept or self.filled or self.partial):
+            return ""
+        lacking = missing or self.lacking_births() or self.partial
+        hint = ""
+        if chosen.where is not None and reads_codes(chosen.where):
+            hint = f"; {codes_are_texts(chosen.where)}"
+        if chosen.contains is not None and (broken := rules_of_pattern(chosen.contains)):
+            rules = " and ".join(f"{rule.number} ({rule.sentence})" for rule in broken)
+            hint = (
+                f"; {shortened(chosen.contains)} breaks rule {rules}: only geometrically pruned words have it"
+            )
+        return f"no {chosen.describe()}{' among the stored words' if lacking else ''}{hint}"
+
+    def complete(self, order: str = "p") -> str | None:
+        """Return `describe_complete` for orbits that a length sorts or bounds, else None.
+
+        Any expression that reads a length counts as a bound.
+        """
+        chosen, first = self.chosen, next(iter(parse_order(order)))
+        read = () if chosen.where is None else check(chosen.where, chosen.parameters).columns
+        named = [name for name in LENGTHS if name == first or name in read or name in chosen.ranges]
+        if not named or Status.ORBIT not in (chosen.statuses or (Status.ORBIT,)):
+            return None
+        return describe_complete(complete_length(self.fills, chosen), chosen, named[0])
+
+    def unfilled(self, counted: Collection[int] = ()) -> str | None:
+        """Return a line that says which chosen periods are not filled, which are, and how to fill the others.
+
+        Return None if no period is missing. Partial periods do not count as missing, nor do `counted` ones
+        and periods below 2, which have no words. If no periods are chosen, all filled ones are.
+        """
+        periods, a = self.chosen.periods, format_float(self.chosen.a)
+        stored = {fill.p for fill in self.fills}.union(counted)
+        if not periods and stored:
+            return None
+        lines = []
+        if missing := _within(periods or [(2, _USUAL)], stored):
+            named, (are, them) = written_periods(missing), _are(missing)
+            what, them = (f"{named} {are} not filled", them) if periods else ("nothing is filled", named)
+            command = f"'orbitdb fill --p {missing[-1]} --a {a}'"
+            lines.append(f"{what} at a = {a}{self._elsewhere()}: {command} fills {them}")
+        if any(high > MAX_PERIOD for _, high in periods):
+            if not lines:
+                lines.append(f"no period above {MAX_PERIOD} is filled at a = {a}{self._elsewhere()}")
+            lines.append(
+                f"fills go up to period {MAX_PERIOD}: 'orbitdb fill --code WORD' stores single words"
+            )
+        return "; ".join(lines) or None
+
+    def _elsewhere(self) -> str:
+        """Return, in parentheses, which periods are filled at this a and which other a have fills, or ''."""
+        whole, a = [fill.p for fill in self.fills if fill.complete], self.chosen.a
+        others = sorted((other for other in self.filled_at if other != a), key=lambda other: abs(other - a))
+        parts = [written_periods(whole)] if whole else []
+        if others:
+            more = f" and {len(others) - _SHOWN} more" if len(others) > _SHOWN else ""
+            parts.append(f"some at a = {', '.join(map(format_float, sorted(others[:_SHOWN])))}{more}")
+        return f" (filled: {'; '.join(parts)})" if parts else ""
+
+    def _counted(self, periods: Collection[int], how: str) -> str | None:
+        """Return a line that says how some periods were counted, or None if none of them is chosen."""
+        shown = sorted(p for p in periods if self.chosen.includes(p))
+        return f"{written_periods(shown)} at a = {format_float(self.chosen.a)}: {how}" if shown else None
+
+    def _partly(self, counted: Collection[int], left_out: bool) -> str | None:
+        """Return a line that names periods that are only partly stored, and how to complete them, or None."""
+        if not (periods := [p for p in self.partial if p not in counted]):
+            return None
+        a, (are, them) = format_float(self.chosen.a), _are(periods)
+        return (
+            f"{written_periods(periods)} at a = {a} {are} partial{' and left out' * left_out}: a fill is "
+            f"running or was stopped; 'orbitdb fill --p {max(periods)} --a {a}' completes {them}"
+        )
+
+    def _pruned_not_stored(self) -> str | None:
+        """Return a line that names chosen periods without stored geometrically pruned words, or None."""
+        if Status.GEOMETRIC not in self.chosen.statuses:
+            return None
+        stored = [p for p, whole in self.pruned.items() if whole]
+        periods = _within(self.chosen.periods or [(p, p) for p in self.filled] or [(2, _USUAL)], stored)
+        if not periods:
+            return None
+        total = sum(count_pruned(p) for p in periods)
+        every = " all" if self.pruned.keys() & set(periods) else ""
+        named = f"{periods[0]}-{periods[-1]}" if periods[0] > 2 else periods[-1]
+        return (
+            f"geometrically pruned words of {written_periods(periods)} are not{every} stored (there "
+            f"{'are' if total > 1 else 'is'} {total:,}): 'orbitdb fill --p {named} --geometric' stores them"
+        )
+
+    def lacking_births(self, names: Sequence[str] = (), order: str = "p") -> str | None:
+        """Return a line that names the filled periods whose births are needed but not stored, or None."""
+        if not (periods := self.without_births(names, order)):
+            return None
+        return (
+            f"births of {written_periods(periods)} are not stored, so what depends on them is left "
+            f"out or blank: 'orbitdb births --p {max(periods)}' finds them"
+        )
+
+
+def _are(periods: Sequence[int]) -> tuple[str, str]:
+    return ("are", "them") if len(periods) > 1 else ("is", "it")
+
+
+def gaps_at(connection: Connection, chosen: Sequence[Selection], everywhere: bool) -> list[str]:
+    """Return the gaps at each a; where nothing is filled, only if periods are chosen and not `everywhere`.
+
+    A file that cannot be read has none: the checks of `Catalogue.verify` report it.
+    """
+    lines = []
+    try:
+        for coverage in (Coverage(connection, selection) for selection in chosen):
+            if coverage.fills or (coverage.chosen.periods and not everywhere):
+                lines += coverage.gaps(swept=[sweep.p for sweep in coverage.sweeps])
+    except (AlteredError, TypeError, ValueError, *DATABASE_ERRORS):
+        return []
+    return lines
+
+
+def periods_with_births(connection: Connection) -> list[int]:
+    """Return the periods whose births and deaths are all stored, in ascending order."""
+    return [fill.p for fill in read_birth_fills(connection) if fill.complete]
+
+
+def counts(coverage: Coverage) -> Counted:
     """Return the counts of each chosen period: from its fill, else from a sweep, else from births.
 
     Raises `SelectionError` if the selection has criteria other than a and periods.
     """
+    selection = coverage.chosen
     if selection != Selection(selection.a, selection.periods):
         raise SelectionError(
             "a table counts all words of its periods: give only a and p, or count the rows of a subset "
@@ -85,143 +305,17 @@ def counts(connection: Connection, selection: Selection) -> Counted:
 
     names = ("n_t", "n_c", "classes", "boundary", "unresolved")
     tallies = {
-        fill.p: Tally(*(getattr(fill, name) for name in names))
-        for fill in read_fills(connection, selection.a)
-        if fill.complete
+        fill.p: Tally(*(getattr(fill, name) for name in names)) for fill in coverage.fills if fill.complete
     }
-    sweeps = [
-        sweep for sweep in read_sweeps(connection, selection.a) if sweep.complete and sweep.p not in tallies
-    ]
+    sweeps = [sweep for sweep in coverage.sweeps if sweep.complete and sweep.p not in tallies]
     tallies |= {sweep.p: sweep.tally for sweep in sweeps}
-    born = [p for p in periods_with_births(connection) if p not in tallies]
+    born = [p for p in coverage.born if p not in tallies]
     chosen = tuple(sorted(p for p in (*tallies, *born) if selection.includes(p)))
     needed = {p for p in born if any(multiple % p == 0 for multiple in chosen)}
-    tallies |= {p: counts_at(connection, selection.a, p) for p in needed}
+    tallies |= {p: counts_at(coverage.connection, selection.a, p) for p in needed}
     swept = tuple(sweep.p for sweep in sweeps if selection.includes(sweep.p))
     counted = tuple(p for p in born if selection.includes(p))
     return Counted(selection.a, dict(sorted(tallies.items())), chosen, counted, swept)
-
-
-def gaps(
-    connection: Connection,
-    chosen: Selection,
-    left_out: bool = False,
-    from_sweeps: Collection[int] = (),
-    from_births: Collection[int] = (),
-    names: Sequence[str] = (),
-    order: str = "p",
-    empty: bool = False,
-) -> list[str]:
-    """Return one line for each kind of gap: chosen periods that are partial, not filled, or without births.
-
-    Periods counted from sweeps or births are complete, but get a line, too. Births matter only if the subset,
-    the columns `names` or the order of the rows depends on them. Set `left_out` if the result leaves out
-    partial periods, and `empty` if nothing was found, so that a line says so.
-    """
-    lines = [pruned_not_stored(connection, chosen)]
-    if chosen.statuses != (Status.GEOMETRIC,):  # fills do not store these words
-        counted = {*from_sweeps, *from_births}
-        sources = {"counted by a sweep, without stored rows": from_sweeps,
-                   "counted from births, without a fill": from_births}  # fmt: skip
-        for source, periods in sources.items():
-            if shown := sorted(p for p in periods if chosen.includes(p)):
-                lines.append(f"{written_periods(shown)} at a = {format_float(chosen.a)}: {source}")
-        partial = [p for p in partial_periods(connection, chosen) if p not in counted]
-        lines.append(describe_partial(partial, chosen.a, left_out) if partial else None)
-        lines.append(unfilled(connection, chosen, counted))
-        lines.append(lacking_births(connection, chosen, names, order))
-    lines.append(nothing(connection, chosen, swept=bool(from_sweeps)) if empty else None)
-    return [line for line in lines if line]
-
-
-def gaps_of_periods(connection: Connection, chosen: Sequence[Selection], everywhere: bool) -> list[str]:
-    """Return the gaps at each a; where nothing is filled, only if periods are chosen and not `everywhere`.
-
-    A file that cannot be read has none: the checks of `Catalogue.verify` report it.
-    """
-    lines = []
-    try:
-        for selection in chosen:
-            if read_fills(connection, selection.a) or (selection.periods and not everywhere):
-                swept = [sweep.p for sweep in read_sweeps(connection, selection.a)]
-                lines += gaps(connection, selection, from_sweeps=swept)
-    except (AlteredError, TypeError, ValueError, *DATABASE_ERRORS):
-        return []
-    return lines
-
-
-def filled_periods(connection: Connection, chosen: Selection) -> list[int]:
-    """Return the chosen periods that are completely filled, in ascending order."""
-    return [fill.p for fill in read_fills(connection, chosen.a) if fill.complete and chosen.includes(fill.p)]
-
-
-def periods_with_births(connection: Connection) -> list[int]:
-    """Return the periods whose births and deaths are all stored, in ascending order."""
-    return [fill.p for fill in read_birth_fills(connection) if fill.complete]
-
-
-def partial_periods(connection: Connection, chosen: Selection) -> list[int]:
-    """Return the chosen periods that are only partly stored; lists include their words."""
-    return [
-        fill.p for fill in read_fills(connection, chosen.a) if not fill.complete and chosen.includes(fill.p)
-    ]
-
-
-def describe_partial(periods: Sequence[int], a: float, left_out: bool = False) -> str:
-    """Return a line that names periods that are only partly stored, and the command that completes them."""
-    are, them = ("are", "them") if len(periods) > 1 else ("is", "it")
-    return (
-        f"{written_periods(periods)} at a = {format_float(a)} {are} partial{' and left out' * left_out}: "
-        f"a fill is running or was stopped; 'orbitdb fill --p {max(periods)} --a {format_float(a)}' "
-        f"completes {them}"
-    )
-
-
-def unfilled(connection: Connection, chosen: Selection, counted: Collection[int] = ()) -> str | None:
-    """Return a line that names the chosen periods that are neither filled nor `counted`, or None."""
-    elsewhere = a_values(connection, ["fill"])
-    return describe_unfilled(read_fills(connection, chosen.a), chosen.periods, chosen.a, elsewhere, counted)
-
-
-def describe_unfilled(
-    fills: Sequence[Fill],
-    periods: Sequence[tuple[int, int]],
-    a: float,
-    filled_at: Sequence[float],
-    counted: Collection[int] = (),
-) -> str | None:
-    """Return a line that says which chosen periods are not filled, which are, and how to fill the others.
-
-    Return None if no period is missing. Partial periods do not count as missing, nor do periods below 2,
-    which have no words. If `periods` is empty, all filled periods are chosen. `filled_at` lists every a that
-    has fills.
-    """
-    stored = {fill.p for fill in fills}.union(counted)
-    if not periods and stored:
-        return None
-    lines = []
-    if missing := _within(periods or [(2, _USUAL)], stored):
-        named, (are, them) = written_periods(missing), ("are", "them") if len(missing) > 1 else ("is", "it")
-        what, them = (f"{named} {are} not filled", them) if periods else ("nothing is filled", named)
-        command = f"'orbitdb fill --p {missing[-1]} --a {format_float(a)}'"
-        lines.append(f"{what} at a = {format_float(a)}{_filled(fills, a, filled_at)}: {command} fills {them}")
-    if any(high > MAX_PERIOD for _, high in periods):
-        if not lines:
-            filled = _filled(fills, a, filled_at)
-            lines.append(f"no period above {MAX_PERIOD} is filled at a = {format_float(a)}{filled}")
-        lines.append(f"fills go up to period {MAX_PERIOD}: 'orbitdb fill --code WORD' stores single words")
-    return "; ".join(lines) or None
-
-
-def _filled(fills: Sequence[Fill], a: float, filled_at: Sequence[float]) -> str:
-    """Return, in parentheses, which periods are filled at this a and which other a have fills, or ''."""
-    whole = [fill.p for fill in fills if fill.complete]
-    others = sorted((other for other in filled_at if other != a), key=lambda other: abs(other - a))
-    parts = [written_periods(whole)] if whole else []
-    if others:
-        more = f" and {len(others) - _SHOWN} more" if len(others) > _SHOWN else ""
-        parts.append(f"some at a = {', '.join(map(format_float, sorted(others[:_SHOWN])))}{more}")
-    return f" (filled: {'; '.join(parts)})" if parts else ""
 
 
 def _within(spans: Sequence[tuple[int, int]], stored: Collection[int]) -> list[int]:
@@ -230,71 +324,10 @@ def _within(spans: Sequence[tuple[int, int]], stored: Collection[int]) -> list[i
     return [p for p in periods if p not in stored]
 
 
-def pruned_not_stored(connection: Connection, chosen: Selection) -> str | None:
-    """Return a line that names chosen periods without stored geometrically pruned words, or None."""
-    if Status.GEOMETRIC not in chosen.statuses:
-        return None
-    begun = read_pruned_fills(connection)
-    stored = [p for p, (_, whole) in begun.items() if whole]
-    filled = [(p, p) for p in filled_periods(connection, chosen)]
-    periods = _within(chosen.periods or filled or [(2, _USUAL)], stored)
-    if not periods:
-        return None
-    total = sum(count_pruned(p) for p in periods)
-    all_ = " all" if begun.keys() & set(periods) else ""
-    chosen_as = f"{periods[0]}-{periods[-1]}" if periods[0] > 2 else periods[-1]
-    return (
-        f"geometrically pruned words of {written_periods(periods)} are not{all_} stored (there "
-        f"{'are' if total > 1 else 'is'} {total:,}): "
-        f"'orbitdb fill --p {chosen_as} --geometric' stores them"
-    )
-
-
-def lacking_births(
-    connection: Connection, chosen: Selection, names: Sequence[str] = (), order: str = "p"
-) -> str | None:
-    """Return a line that names the filled periods whose births are needed but not stored, or None."""
-    if not (periods := without_births(connection, chosen, names, order)):
-        return None
-    return (
-        f"births of {written_periods(periods)} are not stored, so what depends on them is left "
-        f"out or blank: 'orbitdb births --p {max(periods)}' finds them"
-    )
-
-
-def without_births(
-    connection: Connection, chosen: Selection, names: Sequence[str] = (), order: str = "p"
-) -> list[int]:
-    """Return the chosen periods that are filled, but whose births are needed and not stored."""
-    if not asks_of_lives(chosen, names, order):
-        return []
-    born = periods_with_births(connection)
-    filled = (fill.p for fill in read_fills(connection, chosen.a) if chosen.includes(fill.p))
-    return [p for p in filled if p <= MAX_PERIOD and p not in born]
-
-
 def no_orbits(a: float) -> NotStoredError:
     """Return the error that no orbits are stored at an a."""
     at = format_float(a)
     return NotStoredError(f"no orbits at a = {at}: 'orbitdb fill --p 11 --a {at}' finds some")
-
-
-def nothing(connection: Connection, chosen: Selection, swept: bool = False) -> str:
-    """Return a message that a subset is empty, or '' if `gaps` says that none of its periods is stored."""
-    if chosen.statuses == (Status.GEOMETRIC,):
-        return "" if pruned_not_stored(connection, chosen) else f"no {chosen.describe()}"
-    missing = unfilled(connection, chosen)
-    filled = swept or any(chosen.includes(fill.p) for fill in read_fills(connection, chosen.a))
-    if missing and not filled:
-        return ""
-    lacking = missing or lacking_births(connection, chosen) or partial_periods(connection, chosen)
-    hint = ""
-    if chosen.where is not None and reads_codes(chosen.where):
-        hint = f"; {codes_are_texts(chosen.where)}"
-    if chosen.contains is not None and (broken := rules_of_pattern(chosen.contains)):
-        rules = " and ".join(f"{rule.number} ({rule.sentence})" for rule in broken)
-        hint = f"; {shortened(chosen.contains)} breaks rule {rules}: only geometrically pruned words have it"
-    return f"no {chosen.describe()}{' among the stored words' if lacking else ''}{hint}"
 
 
 def highest_filled(fills: Sequence[Fill], chosen: Selection) -> int:
@@ -341,19 +374,6 @@ def describe_complete(complete: float | None, chosen: Selection, name: str = "le
     # rounded up, because only finitely many are shorter than any number below the limit
     limit = math.ceil(least_limit_of_lengths(chosen.a) / share * 100) / 100
     return f"{line} ({reach}infinitely many are shorter than {bound} < {limit:.2f})"
-
-
-def complete_by_length(connection: Connection, chosen: Selection, order: str = "p") -> str | None:
-    """Return `describe_complete` for orbits that a length sorts or bounds, else None.
-
-    Any expression that reads a length counts as a bound.
-    """
-    first = next(iter(parse_order(order)))
-    read = () if chosen.where is None else check(chosen.where, chosen.parameters).columns
-    named = [name for name in LENGTHS if name == first or name in read or name in chosen.ranges]
-    if not named or Status.ORBIT not in (chosen.statuses or (Status.ORBIT,)):
-        return None
-    return describe_complete(complete_length(read_fills(connection, chosen.a), chosen), chosen, named[0])
 
 
 def describe_fills(fills: Sequence[Fill], a: float) -> str:

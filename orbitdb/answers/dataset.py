@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from orbitdb import __version__
-from orbitdb.answers.completeness import gaps, nothing, periods_with_births
+from orbitdb.answers.completeness import Coverage, periods_with_births
 from orbitdb.answers.entropy import table
 from orbitdb.answers.lyapunov import OF_AVERAGES, lyapunov
 from orbitdb.answers.results import Result
@@ -36,7 +36,7 @@ from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import check_replaced
 from orbitdb.store.lives import read_lives
-from orbitdb.store.periods import Fill, class_rows, read_fills, runs
+from orbitdb.store.periods import Fill, class_rows, runs
 from orbitdb.store.select import COORDINATES, Words, count, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection
@@ -132,15 +132,16 @@ def write_dataset(
     StoreError
         If the disk has too little space, or the folder cannot be written.
     """
-    notes = [line for subset in chosen for line in gaps(connection, subset, left_out=True)]
+    covered = [Coverage(connection, subset) for subset in chosen]
+    notes = [line for one in covered for line in one.gaps(left_out=True)]
     subsets = [
-        (one := replace(subset, periods=((fill.p, fill.p),)), fill, count(connection, one))
-        for subset in chosen
-        for fill in read_fills(connection, subset.a)
-        if fill.complete and subset.includes(fill.p)
+        (subset := replace(one.chosen, periods=((fill.p, fill.p),)), fill, count(connection, subset))
+        for one in covered
+        for fill in one.fills
+        if fill.p in one.filled
     ]
     if not (total := sum(number for _, _, number in subsets)):
-        absent = tuple(filter(None, (nothing(connection, subset) for subset in chosen)))
+        absent = tuple(filter(None, (one.nothing() for one in covered)))
         return Dataset(folder, 0, "", (*notes, *absent), absent)
     need = sum(_OF_FILE + number * (_OF_WORD + _OF_BOUNCE * fill.p) for _, fill, number in subsets)
     _check(folder, force, need)

@@ -14,7 +14,7 @@ from orbitdb.answers.complete_periods import (
     read_noted,
     with_lower,
 )
-from orbitdb.answers.completeness import counts, gaps
+from orbitdb.answers.completeness import Counted, Coverage, counts
 from orbitdb.answers.results import PROVED, TABLE, Result
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period
@@ -50,8 +50,9 @@ class ProvedBounds:
 
 def table(connection: Connection, chosen: Selection) -> Result:
     """Return the paper's Table 1 (`Catalogue.table`)."""
-    counted = counts(connection, chosen)
-    notes = gaps(connection, chosen, True, counted.from_sweeps, counted.from_births)
+    coverage = Coverage(connection, chosen)
+    counted = counts(coverage)
+    notes = _gaps(coverage, counted)
     for p in counted.chosen:
         if missing := sorted(of_divisors(p) - counted.tallies.keys()):
             notes.append(f"p = {p}: N also needs p = {', '.join(map(str, missing))} (not filled)")
@@ -92,13 +93,14 @@ def entropy(connection: Connection, chosen: Selection) -> Result:
 
     All orbits of a period need only be counted; the rows of other subsets are read.
     """
+    coverage = Coverage(connection, chosen)
     if not all_orbits(chosen):
-        notes = _uncounted(connection, chosen)
+        notes = _uncounted(coverage)
         subset = read_noted(connection, chosen, notes, swept=False)
         return Result(chosen, {}, (), tuple(notes)) if subset is None else entropy_of_rows(subset, notes)
     orbits, wide = replace(chosen, statuses=(Status.ORBIT,)), with_lower(chosen)
-    counted = counts(connection, Selection(wide.a, wide.periods))
-    notes = gaps(connection, chosen, True, counted.from_sweeps, counted.from_births)
+    counted = counts(coverage.of(Selection(wide.a, wide.periods)))
+    notes = _gaps(coverage, counted)
     periods = Periods(orbits, wide, counted.chosen)
     if not periods.shown:
         return Result(chosen, {}, (), tuple(notes or [f"no {orbits.describe()}"]))
@@ -130,9 +132,14 @@ def _entropy(periods: Periods, cycles: Integers, notes: list[str]) -> dict[str, 
     return periods.rows_of(columns)
 
 
-def _uncounted(connection: Connection, chosen: Selection) -> list[str]:
+def _gaps(coverage: Coverage, counted: Counted) -> list[str]:
+    return coverage.gaps(swept=counted.from_sweeps, from_births=counted.from_births, left_out=True)
+
+
+def _uncounted(coverage: Coverage) -> list[str]:
     """Return a note on periods without rows; sweeps and births count all orbits, not those of a subset."""
-    counted = counts(connection, Selection(chosen.a, chosen.periods))
+    chosen = coverage.chosen
+    counted = counts(coverage.of(Selection(chosen.a, chosen.periods)))
     if not (periods := sorted([*counted.from_sweeps, *counted.from_births])):
         return []
     return [

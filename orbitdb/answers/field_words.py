@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from orbitdb.answers.completeness import filled_periods, gaps, nothing
+from orbitdb.answers.completeness import Coverage
 from orbitdb.arrays import Indices, Words
 from orbitdb.errors import InputError, as_texts
 from orbitdb.orbits.orbit import pruned_word
@@ -70,12 +70,13 @@ def chosen_words(connection: Connection, chosen: Selection) -> PickedWords:
     """
     if Status.GEOMETRIC in chosen.statuses:
         raise SelectionError("status geometric: geometrically pruned words cannot be followed into a field")
+    coverage = Coverage(connection, chosen)
     if chosen != Selection(chosen.a, chosen.periods):
         codes = [code for (code,) in rows_of(connection, Chosen(chosen), ("code",))]
-        notes = [*gaps(connection, chosen), "" if codes else nothing(connection, chosen)]
+        notes = [*coverage.gaps(), "" if codes else coverage.nothing()]
         return PickedWords(chosen, _by_period(codes), (), [*filter(None, notes)])
-    periods = check_periods(chosen.periods) if chosen.periods else filled_periods(connection, chosen)
-    return whole_periods(chosen, periods)._replace(notes=[] if periods else gaps(connection, chosen))
+    periods = check_periods(chosen.periods) if chosen.periods else coverage.filled
+    return whole_periods(chosen, periods)._replace(notes=[] if periods else coverage.gaps())
 
 
 def whole_periods(chosen: Selection, periods: Sequence[int]) -> PickedWords:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import starmap
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from orbitdb.answers.completeness import complete_length, describe_fills, gaps
+from orbitdb.answers.completeness import Coverage, complete_length, describe_fills
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import Record, Rows, data_frame
@@ -15,7 +15,6 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status
 from orbitdb.store.lookup import orbits_of_length
-from orbitdb.store.periods import read_fills
 from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection
 from orbitdb.symbols.words import to_strings
@@ -250,7 +249,8 @@ def read_candidates(
 ) -> Candidates:
     """Return the stored orbits with a given length, and what was searched (`Catalogue.with_length`)."""
     found = Candidates(identify_length(connection, a, length, tolerance, limit))
-    fills, notes = read_fills(connection, a), gaps(connection, Selection(a, statuses=(Status.ORBIT,)))
+    coverage = Coverage(connection, Selection(a, statuses=(Status.ORBIT,)))
+    fills, notes = coverage.fills, coverage.gaps()
     for orbit in () if found else identify_length(connection, a, length, 1.0, 1):
         times = f"{orbit.repetitions} x {orbit.code}" if orbit.repetitions > 1 else orbit.code
         enough = float(f"{1.05 * abs(orbit.difference):.2g}")

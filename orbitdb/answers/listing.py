@@ -11,19 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from orbitdb import __version__
-from orbitdb.answers.completeness import (
-    complete_by_length,
-    complete_length,
-    gaps,
-    nothing,
-    partial_periods,
-)
+from orbitdb.answers.completeness import Coverage, complete_length
 from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
 from orbitdb.display import MOST_SHOWN, columns_of, data_frame, text_table
 from orbitdb.output_files import check_rows, write_file
 from orbitdb.store.file import read_whole
-from orbitdb.store.periods import read_fills
 from orbitdb.store.select import COLUMNS, Words, count, parse_order, rows_of
 from orbitdb.store.selection import Selection, unknown_column
 from orbitdb.store.sqlite import Connection, path_of
@@ -147,19 +140,19 @@ class Listing:
         return (*self._gaps(connection), *absent)
 
     def _gaps(self, connection: Connection) -> tuple[str, ...]:
-        lines = [gaps(connection, one, names=self.columns, order=self.order) for one in self.selections]
-        return tuple(line for own in lines for line in own)
+        covered = (Coverage(connection, chosen) for chosen in self.selections)
+        return tuple(line for one in covered for line in one.gaps(self.columns, self.order))
 
     def _absent(self, connection: Connection) -> tuple[str, ...]:
         if self._total(connection):
             return ()
-        return tuple(filter(None, (nothing(connection, chosen) for chosen in self.selections)))
+        return tuple(filter(None, (Coverage(connection, chosen).nothing() for chosen in self.selections)))
 
     def _complete(self, connection: Connection) -> tuple[str, ...]:
-        chosen = self.selections
+        covered = [Coverage(connection, chosen) for chosen in self.selections]
         if not self._total(connection):
-            chosen = tuple(one for one in chosen if complete_length(read_fills(connection, one.a), one))
-        lines = [(one.a, complete_by_length(connection, one, self.order)) for one in chosen]
+            covered = [one for one in covered if complete_length(one.fills, one.chosen)]
+        lines = [(one.chosen.a, one.complete(self.order)) for one in covered]
         at = "at a = {}: " if len(lines) > 1 else ""
         return tuple(f"{at.format(format_float(a))}{line}" for a, line in lines if line)
 
@@ -186,7 +179,7 @@ class Listing:
     def _provenance(self, connection: Connection, many: bool) -> dict[str, Any]:
         selections = self._with_rows(connection)
         values = [chosen.a for chosen in selections]
-        partial = [partial_periods(connection, chosen) for chosen in selections]
+        partial = [Coverage(connection, chosen).partial for chosen in selections]
         return {
             "orbitdb": __version__,
             "selection": self._described(connection),

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from orbitdb.answers.completeness import filled_periods, lacking_births, unfilled
+from orbitdb.answers.completeness import Coverage
 from orbitdb.answers.subset import ARRAY_FIELDS, Subset
 from orbitdb.store.select import WORDS, Words, arrays_of, count
 from orbitdb.store.selection import Selection
@@ -26,8 +26,8 @@ def read_subset(
     size = len(arrays.pop("id"))
     arrays.setdefault(WORDS, np.ones(size, np.int64))
     number = size if limit is None else count(connection, selection, by_class)
-    missing = unfilled(connection, selection) or lacking_births(connection, selection)
-    total, filled = None if size == number else number, tuple(filled_periods(connection, selection))
-    subset = Subset(selection, **arrays, unfilled=missing, filled=filled, total=total,
+    coverage, total = Coverage(connection, selection), None if size == number else number
+    missing = coverage.unfilled() or coverage.lacking_births()
+    subset = Subset(selection, **arrays, unfilled=missing, filled=tuple(coverage.filled), total=total,
                     path=path_of(connection), by_class=by_class)  # fmt: skip
     return replace(subset, coordinates=subset.read_coordinates(connection)) if coordinates else subset

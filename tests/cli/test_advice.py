@@ -6,14 +6,15 @@ import shutil
 from functools import partial
 
 import pytest
-from contents import alter, answer
+from contents import alter
 from quick import slow_but
 from there import there
 
 from orbitdb import Catalogue
-from orbitdb.answers.completeness import complete_by_length, complete_length, describe_complete
+from orbitdb.answers.completeness import Coverage, complete_length, describe_complete
 from orbitdb.cli.advice import completed, remember
 from orbitdb.orbits.least_values import least_exponent, least_length
+from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
 
 FILL = "run 'orbitdb fill --p 9'"
@@ -150,7 +151,8 @@ def test_a_list_by_quarter_length_misses_nothing_below_the_length_it_names(tmp_p
     few.fill("2-8")
     many.fill("2-11")
     ask = partial(Catalogue.select, status="orbit", order="quarter_length", limit=30, classes=True)
-    told = answer(few.path, complete_by_length, Selection(1.0), "quarter_length")
+    with reading(few.path) as connection:
+        told = Coverage(connection, Selection(1.0)).complete("quarter_length")
     end = float(there(told).split("quarter_length ")[1].split(";")[0])
     short = [ask(each) for each in (few, many)]
     lists = [each.code[each.quarter_length <= end].tolist() for each in short]

@@ -9,10 +9,11 @@ from there import there
 
 from orbitdb import Catalogue
 from orbitdb.answers.complete_periods import read_complete_periods
-from orbitdb.answers.completeness import describe_unfilled, without_births
+from orbitdb.answers.completeness import Coverage
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_words
 from orbitdb.filling.sweeps import sweep_periods
+from orbitdb.store.file import reading
 from orbitdb.store.periods import Fill
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.pruning import count_admissible
@@ -20,6 +21,13 @@ from orbitdb.symbols.pruning import count_admissible
 
 def fill(p, state="done"):
     return Fill(p, state, 1, 0.0, 0.0, 0.0, 0.0, None, (), None, None, None, None, None)
+
+
+def coverage(fills, periods, a=1.6, filled_at=(1.6,)):
+    """Return what is stored of some periods, of a catalogue that nobody made."""
+    known = Coverage(None, Selection(a, tuple(periods)))  # type: ignore[arg-type]
+    known.fills, known.filled_at = fills, list(filled_at)
+    return known
 
 
 KNOWN = [fill(p) for p in (*range(2, 9), 10)]
@@ -40,14 +48,14 @@ KNOWN = [fill(p) for p in (*range(2, 9), 10)]
 def test_the_message_names_what_is_unfilled_what_is_filled_and_the_command(
     known, periods, a, filled_at, named
 ):
-    said = there(describe_unfilled(known, periods, a, filled_at))
+    said = there(coverage(known, periods, a, filled_at).unfilled())
     assert [each for each in named.split("|") if each not in said] == []
 
 
 @pytest.mark.parametrize("periods", [[(2, 8)], [], [(0, 1)]])
 def test_filled_periods_get_no_message(periods):
-    assert describe_unfilled(KNOWN, periods, 1.6, [1.6]) is None
-    assert describe_unfilled([fill(9, "filling")], [(9, 9)], 1.6, [1.6]) is None
+    assert coverage(KNOWN, periods).unfilled() is None
+    assert coverage([fill(9, "filling")], [(9, 9)]).unfilled() is None
 
 
 def test_a_subset_does_not_count_unfilled_periods_as_zero(varied):
@@ -113,9 +121,11 @@ def test_commands_default_to_the_only_a(cli, tmp_path, monkeypatch, command):
 
 
 def test_missing_births_are_reported_only_if_needed(varied):
-    assert answer(varied, without_births, Selection.from_criteria(p="3-4"), ("born",)) == [3, 4]
-    assert answer(varied, without_births, Selection.from_criteria(), order="dies desc") == [2, 3, 4, 5, 6]
-    assert answer(varied, without_births, Selection.from_criteria(p="3-4")) == []
+    with reading(varied) as connection:
+        some, every = (Coverage(connection, Selection.from_criteria(p=p)) for p in ("3-4", None))
+        assert some.without_births(("born",)) == [3, 4]
+        assert every.without_births(order="dies desc") == [2, 3, 4, 5, 6]
+        assert some.without_births() == []
 
 
 def test_unfinished_births_of_a_period_count_nothing(tmp_path, cli):

@@ -4,12 +4,12 @@ import asyncio
 import threading
 
 import pytest
-from contents import answer, made
+from contents import made
 from screens import LARGE, browsing, press, row_of, settle, shown, table_of, until, write
 from textual.widgets import Input
 from there import there
 
-from orbitdb.answers.completeness import lacking_births, unfilled
+from orbitdb.answers.completeness import Coverage
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.cli.tui.fill_dialog import FillDialog
@@ -18,6 +18,7 @@ from orbitdb.cli.tui.panels.facts import FactsPanel, bar
 from orbitdb.cli.tui.panels.orbit_panel import change_between, next_a, next_change
 from orbitdb.filling.fill import fill_periods
 from orbitdb.orbits.solve import solve_word
+from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
@@ -141,7 +142,8 @@ async def test_an_unfilled_stadium_is_empty_and_says_how_to_fill_it(tmp_path):
         assert len(table_of(app).source) == 0
         assert app.screen.side.orbit is None
         text = shown(app)
-        assert there(answer(app.catalogue.path, unfilled, Selection(a=2.0))) in text
+        with reading(path) as connection:
+            assert there(Coverage(connection, Selection(a=2.0)).unfilled()) in text
         assert "or press f" in text
         await press(pilot, "f")
         assert isinstance(app.screen, FillDialog)
@@ -153,7 +155,8 @@ async def test_an_unfilled_stadium_is_empty_and_says_how_to_fill_it(tmp_path):
         assert "not filled" not in shown(app)
         main.choices.selection = Selection(a=3.0, periods=((2, 4),), where="born > 1")
         await settle(pilot)
-        advice = there(answer(app.catalogue.path, lacking_births, main.choices.selection))
+        with reading(path) as connection:
+            advice = there(Coverage(connection, main.choices.selection).lacking_births())
         assert advice.replace("'orbitdb", "in a shell, 'orbitdb").partition(" --")[0] in shown(app)
 
 
