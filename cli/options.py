@@ -234,7 +234,14 @@ Openings = Annotated[
         "semicircle, such as top:-0.3:0.3; repeatable.",
     ),
 ]
-Classes = Annotated[bool, typer.Option("--classes", help="One row per symmetry class: its representative.")]
+Classes = Annotated[
+    bool,
+    typer.Option(
+        "--classes",
+        help="One row per symmetry class, for the least of its words that fulfil the conditions; the column "
+        "words says how many do.",
+    ),
+]
 ByBounce = Annotated[
     bool,
     typer.Option("--by-bounce", help="One row per bounce: x, y, arc length, sine, gamma, delta."),

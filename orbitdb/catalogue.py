@@ -490,14 +490,16 @@ class Catalogue:
             The subset, or one for each of several a; you can give criteria instead, and several values as
             ``a``.
         columns : sequence of str, optional
-            Names of columns of the view ``catalogue``, by default all, or ``coordinates``.
+            Names of columns of the view ``catalogue``, by default all, or ``coordinates``, ``area_slope`` or
+            ``words``.
         order : str, optional
             Columns to sort by, separated by commas; ``desc`` after a name, or ``-`` before it, reverses the
             order. Ties are broken by period, representative and element, in ascending order.
         limit, offset : int, optional
             Maximum number of rows to yield, and number of rows to skip first, both at each a.
         classes : bool, optional
-            Whether to return one row per symmetry class with chosen words, that of its representative.
+            Whether to return one row per symmetry class with chosen words: that of the least of them. The
+            column ``words``, then shown by default, is their number.
 
         Examples
         --------
@@ -507,13 +509,14 @@ class Catalogue:
         013 10.850685
         """
         from orbitdb.answers.listing import Listing
-        from orbitdb.store.select import VIEWED
+        from orbitdb.store.select import VIEWED, WORDS
 
         first = check_int("offset", offset, 0)
         most = None if limit is None else check_int("limit", limit, 0)
         chosen = self._several(selection, criteria)
         given = columns.split(",") if isinstance(columns, str) else columns
-        names = VIEWED if given is None else tuple(as_texts("columns", given))
+        usual = (*VIEWED, *[WORDS] * classes)
+        names = usual if given is None else tuple(as_texts("columns", given))
         return Listing(self._reading, chosen, names, order, most, first, classes)
 
     @overload
@@ -613,7 +616,7 @@ class Catalogue:
         coordinates : bool, optional
             Whether to read the coordinates at once; otherwise they are read when they are needed.
         classes : bool, optional
-            Whether to return one entry per symmetry class with chosen words, its representative.
+            Whether to return one entry per symmetry class with chosen words: the least of them.
         a : float, optional
             Half length of the stadium; by default the catalogue's.
         p : int, str or iterable of int, optional

@@ -96,7 +96,8 @@ def export(
         file, kind = None, form
     else:
         kind = files.check_rows(file, form, force)
-    names = asked_columns(columns, ("code",) if by_bounce else WRITTEN, a, OF_CATALOGUE if by_bounce else ())
+    usual = ("code",) if by_bounce else (*WRITTEN, *["words"] * classes)
+    names = asked_columns(columns, usual, a, OF_CATALOGUE if by_bounce else ())
     names += _PLACED if by_bounce else ()
     with snapshot(db, a, choice) as (catalogue, selections):
         listing = catalogue.rows(selections, columns=names, order=order, limit=limit, classes=classes)

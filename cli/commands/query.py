@@ -90,8 +90,8 @@ def query(
         raise InputError(
             "--by-bounce needs WORD; 'orbitdb export --by-bounce' writes the bounces of many orbits"
         )
-    in_table = (*TABLE_COLUMNS, *_sorted_by(order))
-    names = asked_columns(columns, in_table if output.for_people else WRITTEN, a)
+    usual = (*TABLE_COLUMNS, *_sorted_by(order)) if output.for_people else WRITTEN
+    names = asked_columns(columns, (*usual, *["words"] * classes), a)
     names = (*names, *_bounds_of(names, output))
     with snapshot(db, a, choice) as (catalogue, selections):
         listing = catalogue.rows(

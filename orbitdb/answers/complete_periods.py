@@ -177,7 +177,7 @@ def read_noted(
     empty = {*subset.classes.p.tolist(), *subset.swept}.isdisjoint(subset.shown)
     coverage = Coverage(connection, subset.selection)
     notes += coverage.gaps(swept=subset.swept, left_out=True)
-    notes += filter(None, [coverage.nothing(bool(subset.swept)) if empty else ""])
+    notes += filter(None, ["" if not empty else coverage.nothing(bool(subset.swept))])
     return None if empty else subset
 
 

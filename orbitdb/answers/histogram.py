@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from orbitdb.answers.completeness import gaps
+from orbitdb.answers.completeness import Coverage
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Integers
 from orbitdb.columns import IN_CATALOGUE
@@ -63,7 +63,8 @@ def count_by(connection: Connection, selection: Selection, by: Sequence[str]) ->
         raise SelectionError(f"column {twice[0]!r} is named twice")
     rows = [row for row in counts_by(connection, selection, by) if row[-1]]
     rows.sort(key=lambda row: [(value is None, value) for value in row[:-2]])  # missing values come last
-    notes = gaps(connection, selection, names=by, empty=not rows)
+    coverage = Coverage(connection, selection)
+    notes = filter(None, [*coverage.gaps(by), "" if rows else coverage.nothing()])
     return Result(selection, columns_of((*by, "words", "classes"), rows), (), tuple(notes))
 
 
@@ -79,7 +80,9 @@ def histogram(connection: Connection, selection: Selection, column: str, bins: i
         return Histogram(np.zeros(0), np.zeros(0, np.int64), int(rows.sum()), False)
     low, high = float(values[present].min()), float(values[present].max())
     logarithmic = low > 0 and high > _DECADES * low
-    edges = np.geomspace(low, high, most + 1) if logarithmic else _round_edges(low, high, most)
+    # a single bin is two joined, because values of both signs are never between multiples of a round number
+    edges = np.geomspace(low, high, most + 1) if logarithmic else _round_edges(low, high, max(most, 2))
+    edges = edges[[0, -1]] if most == 1 else edges
     # the outer edges are rounded, so a value may lie an ulp outside
     counts, _ = np.histogram(np.clip(values[present], edges[0], edges[-1]), edges, weights=rows[present])
     return Histogram(edges, counts, int(rows[~present].sum()), logarithmic)

@@ -51,7 +51,7 @@ class Listing:
     limit, offset : int or None, int
         Maximum number of rows, and number of rows skipped first; both at each a.
     classes : bool
-        Whether each symmetry class with chosen words has one row, that of its representative.
+        Whether each symmetry class with chosen words has one row, that of the least of them.
 
     Examples
     --------
@@ -183,6 +183,9 @@ class Listing:
         return {
             "orbitdb": __version__,
             "selection": self._described(connection),
+            "order": self.order,
+            "limit": self.limit,
+            "offset": self.offset,
             "a": values if many else values[0],
             "database": str(path_of(connection).resolve()),
             "date": datetime.now(UTC).isoformat(timespec="seconds"),

@@ -29,5 +29,5 @@ def read_subset(
     coverage, total = Coverage(connection, selection), None if size == number else number
     missing = coverage.unfilled() or coverage.lacking_births()
     subset = Subset(selection, **arrays, unfilled=missing, filled=tuple(coverage.filled), total=total,
-                    path=path_of(connection), by_class=by_class)  # fmt: skip
+                    path=path_of(connection), by_class=by_class, cut=total is not None)  # fmt: skip
     return replace(subset, coordinates=subset.read_coordinates(connection)) if coordinates else subset

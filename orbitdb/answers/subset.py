@@ -22,7 +22,7 @@ from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.output_files import arrow_batch, arrow_schema
 from orbitdb.store.file import reading
 from orbitdb.store.lookup import Lives, find_or_solve, lives_of
-from orbitdb.store.select import COORDINATES, coordinates_of
+from orbitdb.store.select import COORDINATES, WORDS, coordinates_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.sqlite import Connection
 from orbitdb.symbols.pruning import rules_of
@@ -83,7 +83,9 @@ class Subset(Table, Drawn):
     path : Path or None
         The file that the rows were read from; orbits read their coordinates there when asked.
     by_class : bool
-        Whether the entries are representatives of classes; these have no averages by period.
+        Whether each entry stands for a class; these have no counts or averages by period.
+    cut : bool
+        Whether a limit left out some of the chosen words; what is left has none, either.
 
     Examples
     --------
@@ -133,6 +135,7 @@ class Subset(Table, Drawn):
     total: int | None = None
     path: Path | None = None
     by_class: bool = False
+    cut: bool = False
 
     def __len__(self) -> int:
         return len(self.code)
@@ -290,7 +293,7 @@ class Subset(Table, Drawn):
         They are made one at a time, because together they take as much memory as the subset.
         """
         classless = (self.representative == "").tolist()
-        for name in (*WRITTEN, "born", "dies"):
+        for name in (*WRITTEN, "born", "dies", *[WORDS] * self.by_class):
             if name == "area_slope" and self.coordinates is None:
                 continue
             values: Any = getattr(self, name, None)
@@ -374,6 +377,8 @@ class Subset(Table, Drawn):
     def _need_words(self) -> None:
         if self.by_class:
             raise SelectionError("counts and averages need every word: select without classes=True")
+        if self.cut:
+            raise SelectionError("counts and averages need every word: select without a limit")
 
     def _drawing(self, name: str) -> tuple[Sequence[Any], str]:
         orbits = self[np.flatnonzero(np.isin(self.status, EXISTING))]

@@ -11,7 +11,7 @@ import pytest
 from made_levels import keep_made_levels
 from sqlalchemy import Connection, Engine, event
 
-from orbitdb.answers.completeness import Counted, counts
+from orbitdb.answers.completeness import Counted, Coverage, counts
 from orbitdb.catalogue import Catalogue
 from orbitdb.filling import sweeps
 from orbitdb.filling.sweeps import sweep_periods
@@ -37,7 +37,7 @@ def counts_of(catalogue: Catalogue, **criteria: Any) -> Counted:
     """Return the counts from which `Catalogue.table` is made, with where they come from."""
     criteria.setdefault("a", catalogue.a)
     with reading(catalogue.path) as connection:
-        return counts(connection, Selection.from_criteria(**criteria))
+        return counts(Coverage(connection, Selection.from_criteria(**criteria)))
 
 
 def made(path: Path, *fills: Iterable[object]) -> Path:

@@ -184,6 +184,14 @@ def cut(rows: list[Row], limit: int | None, offset: int) -> list[Row]:
     return rows[offset:] if limit is None else rows[offset : offset + limit]
 
 
+def by_class(rows: list[Row]) -> list[Row]:
+    """Return the row of the least word of each class, with the number of its words; rows in natural order."""
+    classes = defaultdict(list)
+    for row in rows:
+        classes[row["a"], row["representative"] or row["code"]].append(row)
+    return [min(own, key=lambda row: str(row["code"])) | {"words": len(own)} for own in classes.values()]
+
+
 def columns_of(rows: list[Row], names: tuple[str, ...]) -> list[tuple[Any, ...]]:
     """Return the named columns, row by row."""
     return [tuple(row[name] for name in names) for row in rows]
