@@ -11,6 +11,7 @@ is widened; if this does not help, the status is decided in ball arithmetic.
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,39 +54,73 @@ class Bracketed(Batch):
 
 def bracket(words: Words, legs: Chain, zeros: Zeros) -> Bracketed:
     """Bracket zeros of slacks in a; keep those at which the words, shape (N, p), are proved to change."""
-    part, own = legs.chain(zeros.word), (zeros.slack, np.arange(len(zeros)))
-    x, alpha = np.exp(zeros.x), zeros.alpha
-    for _ in range(2):  # once to get as close to the zero as doubles allow, and again there
-        step, drift = motion(part, x, alpha, direction_limits(part, x))
-        alpha = alpha + step
-        slack, slopes = slacks_and_slopes(part, alpha, drift)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            shift = np.nan_to_num(-slack[own] / slopes[own], posinf=0.0, neginf=0.0)
-        shift = np.clip(shift, -_POLISH, _POLISH)
-        x, alpha = x * (1 + shift), alpha + shift * drift
-    slack, _ = slacks_and_slopes(part, alpha, drift)
-    alpha_error = direction_errors(part, x, alpha, derivatives(part, x, alpha))
-    error = slack_errors(part, alpha_error).max(axis=(0, 1))
-    slope = slopes[own]
-    with np.errstate(divide="ignore"):
-        delta = _SAFETY * (np.abs(slack[own]) + 2 * error) / np.abs(slope)
-    delta = np.clip(delta, _NARROWEST, _WIDEST)
-    low, high = x * (1 - delta), x * (1 + delta)
-    before, after = np.zeros(len(x), np.int8), np.zeros(len(x), np.int8)
-    open_ = np.arange(len(x))
-    while len(open_):
-        chains, away = part.chain(open_), delta[open_] * drift.take(open_, axis=1)
-        low[open_], high[open_] = x[open_] * (1 - delta[open_]), x[open_] * (1 + delta[open_])
-        before[open_] = statuses(chains, low[open_], alpha.take(open_, axis=1) - away)
-        after[open_] = statuses(chains, high[open_], alpha.take(open_, axis=1) + away)
-        open_ = open_[(before[open_] * after[open_] == 0) & (delta[open_] < _WIDEST)]
-        delta[open_] = np.minimum(_WIDER * delta[open_], _WIDEST)
+    part = legs.chain(zeros.word)
+    zero = _polished(part, zeros)
+    (low, before), (high, after) = _widened(part, zero, _half_widths(part, zero))
     for side, ends in ((before, low), (after, high)):
         unknown = np.flatnonzero(side == 0)
         if len(unknown):
             side[unknown] = proved_signs(words[zeros.word[unknown]], ends[unknown])
-    changes = Bracketed(zeros.word, x, np.maximum(high - x, x - low), after > 0, zeros.slack, slope)
+    error = np.maximum(high - zero.a, zero.a - low)
+    changes = Bracketed(zeros.word, zero.a, error, after > 0, zeros.slack, zero.slope)
     return changes.rows(np.flatnonzero(before * after == -1))
+
+
+class _Polished(NamedTuple):
+    """K zeros of slacks, as close as doubles allow."""
+
+    a: Floats  # shape (K,)
+    alpha: Floats  # the directions there, shape (m, K)
+    speed: Floats  # d alpha / d ln a, shape (m, K)
+    slack: Floats  # what is left of the slack, shape (K,)
+    slope: Floats  # its derivative in ln a, shape (K,)
+
+    def beside(self, rows: Indices, way: Floats) -> tuple[Floats, Floats]:
+        """Return half lengths beside some zeros, off by a factor of 1 + `way`, and directions there."""
+        return self.a[rows] * (1 + way), self.alpha.take(rows, axis=1) + way * self.speed.take(rows, axis=1)
+
+
+def _polished(part: Chain, zeros: Zeros) -> _Polished:
+    """Improve zeros by Newton's method in the directions and in a."""
+    own = zeros.slack, np.arange(len(zeros))
+    a, alpha = np.exp(zeros.x), zeros.alpha
+    for _ in range(2):  # once to get as close to the zero as doubles allow, and again there
+        step, speed = motion(part, a, alpha, direction_limits(part, a))
+        alpha = alpha + step
+        slack, slopes = slacks_and_slopes(part, alpha, speed)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shift = np.nan_to_num(-slack[own] / slopes[own], posinf=0.0, neginf=0.0)
+        shift = np.clip(shift, -_POLISH, _POLISH)
+        a, alpha = a * (1 + shift), alpha + shift * speed
+    slack, _ = slacks_and_slopes(part, alpha, speed)
+    return _Polished(a, alpha, speed, slack[own], slopes[own])
+
+
+def _half_widths(part: Chain, zero: _Polished) -> Floats:
+    """Return half the relative widths of brackets at whose ends doubles should decide the status."""
+    alpha_error = direction_errors(part, zero.a, zero.alpha, derivatives(part, zero.a, zero.alpha))
+    error = slack_errors(part, alpha_error).max(axis=(0, 1))
+    with np.errstate(divide="ignore"):
+        delta = _SAFETY * (np.abs(zero.slack) + 2 * error) / np.abs(zero.slope)
+    return np.clip(delta, _NARROWEST, _WIDEST)
+
+
+def _widened(part: Chain, zero: _Polished, delta: Floats) -> tuple[tuple[Floats, Signs], ...]:
+    """Widen brackets until doubles decide the status at both ends, or they are as wide as `_WIDEST`.
+
+    Returns the lower and the upper ends, each with the `statuses` there.
+    """
+    ends = [(zero.a * (1 + way * delta), np.zeros(len(delta), np.int8)) for way in (-1, 1)]
+    rows = np.arange(len(delta))
+    while len(rows):
+        chains = part.chain(rows)
+        for way, (a, sign) in zip((-1, 1), ends, strict=True):
+            a[rows], alpha = zero.beside(rows, way * delta[rows])
+            sign[rows] = statuses(chains, a[rows], alpha)
+        unclear = ends[0][1][rows] * ends[1][1][rows] == 0
+        rows = rows[unclear & (delta[rows] < _WIDEST)]
+        delta[rows] = np.minimum(_WIDER * delta[rows], _WIDEST)
+    return tuple(ends)
 
 
 def statuses(legs: Chain, a: Floats, alpha: Floats) -> Signs:

@@ -279,7 +279,8 @@ Segment = tuple[int, float, float]
 KnownChange = tuple[float, float, bool]
 """The two ends of a bracket in ln a, and whether the word is born there."""
 
-_CONSTANT = (Kind.ALIVE, Kind.DEAD)
+_CONSTANT: dict[int, bool] = {Kind.ALIVE: True, Kind.DEAD: False}
+"""Whether a word is an orbit in cells in which that does not change."""
 
 _FIRST, _HALVINGS, _MOST = 0.07, 24, 1500
 """Radius of the first cells in ln a, most halvings of a cell, and most undecided cells of a word at a time.
@@ -366,31 +367,73 @@ def walk(segments: Sequence[Segment], changes: Sequence[KnownChange], alive: boo
     are ignored. `alive` tells whether the word is an orbit where the segments begin; None means unknown.
     """
     begin, end = segments[0][1], segments[-1][2]
-    left = [change for change in changes if begin < (change[0] + change[1]) / 2 < end]
-    sure = True
-    for place, (kind, _, high) in enumerate(segments):
-        if kind in _CONSTANT:
-            if alive is (kind != Kind.ALIVE) or (left and left[0][1] < high):
-                return Completeness.WRONG
-            alive = kind == Kind.ALIVE
-            continue
-        inside = [change for change in left if change[0] <= high]
-        left = left[len(inside) :]
+    word = _Walk([change for change in changes if begin < (change[0] + change[1]) / 2 < end], alive)
+    following = [kind for kind, *_ in segments[1:]] + [Kind.OPEN]
+    for (kind, _, high), after in zip(segments, following, strict=True):
         if kind == Kind.OPEN:
-            alive, sure = None, False
-            continue
-        way = kind == Kind.RISING
-        if len(inside) > 1 or any(born != way for *_, born in inside) or (inside and alive is way):
+            possible = word.pass_open(high)
+        elif kind in _CONSTANT:
+            possible = word.pass_constant(_CONSTANT[kind], high)
+        else:
+            possible = word.pass_moving(kind == Kind.RISING, _CONSTANT.get(after), high)
+        if not possible:
             return Completeness.WRONG
+    return Completeness.PROVED if word.sure and not word.ahead else Completeness.UNDECIDED
+
+
+class _Walk:
+    """A word that passes segment after segment as a grows.
+
+    Attributes
+    ----------
+    ahead : list of KnownChange
+        The known changes that are still to come.
+    alive : bool or None
+        Whether the word is an orbit here; None if that is unknown.
+    sure : bool
+        Whether no further change was possible so far.
+
+    Notes
+    -----
+    Each method passes a segment that ends at `high`, and returns False if it contradicts the known changes.
+    """
+
+    def __init__(self, changes: list[KnownChange], alive: bool | None) -> None:
+        self.ahead, self.alive, self.sure = changes, alive, True
+
+    def pass_constant(self, alive: bool, high: float) -> bool:
+        """Pass a segment in which the word is an orbit throughout, or is none throughout."""
+        changes_inside = bool(self.ahead) and self.ahead[0][1] < high
+        possible = self.alive is not (not alive) and not changes_inside
+        self.alive = alive
+        return possible
+
+    def pass_moving(self, rising: bool, after: bool | None, high: float) -> bool:
+        """Pass a segment in which the word can only be born, if `rising`, or can only die.
+
+        `after` tells whether it is an orbit in the next segment; None means unknown.
+        """
+        inside = self._reach(high)
+        if len(inside) > 1 or any(born != rising for *_, born in inside):
+            return False
         if inside:
-            alive = way
-        elif alive is not way:
-            after = segments[place + 1][0] if place + 1 < len(segments) else Kind.OPEN
-            if after not in _CONSTANT:
-                alive, sure = None, False
-            elif (after == Kind.ALIVE) is way and alive is not None:
-                return Completeness.WRONG
-            else:
-                sure = sure and (after == Kind.ALIVE) is not way
-                alive = after == Kind.ALIVE
-    return Completeness.PROVED if sure and not left else Completeness.UNDECIDED
+            possible, self.alive = self.alive is not rising, rising
+            return possible
+        if self.alive is rising:
+            return True
+        unknown, self.alive = self.alive is None, after
+        if after is not (not rising):  # it may have changed here, though no change is known
+            self.sure = False
+        return unknown or after is not rising
+
+    def pass_open(self, high: float) -> bool:
+        """Pass a segment in which nothing is proved."""
+        self._reach(high)
+        self.alive, self.sure = None, False
+        return True
+
+    def _reach(self, high: float) -> list[KnownChange]:
+        """Go on to the end of a segment, and return the changes that begin before it."""
+        inside = [change for change in self.ahead if change[0] <= high]
+        self.ahead = self.ahead[len(inside) :]
+        return inside

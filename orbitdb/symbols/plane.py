@@ -68,7 +68,8 @@ class _State(NamedTuple):
         """Return the state at the next bounce.
 
         A run keeps its sense (rule 5). A leg does not return to the semicircle that it comes from (rules 4
-        and 6); in a leg that begins with a straight bounce, that semicircle is not known.
+        and 6); in a leg that begins with a straight bounce, that semicircle is not known. Neither table of
+        `orbitdb.symbols` serves here, as these letters are relative to the piece on which a bounce is.
         """
         if letter in (ANTICLOCKWISE, CLOCKWISE):
             return _State(True, CLOCKWISE - letter, self.reversed)

@@ -40,7 +40,11 @@ RULES = (
 
 
 def rules_broken(words: Words) -> Masks:
-    """Return bit masks of the rules that words, shape (N, p), break; bit n - 1 stands for rule n."""
+    """Return bit masks of the rules that words, shape (N, p), break; bit n - 1 stands for rule n.
+
+    It states the rules a second time, for whole words: the automaton takes a step a symbol, which is slow for
+    a word of a million bounces. Fills of pruned words compare the two.
+    """
     before, after = symbols_before(words), symbols_after(words)
     sides = SIDE[words]
     curved, other = sides != 0, words != after

@@ -33,6 +33,10 @@ def bounce(rays: Rays, a: float) -> Bounce:
     Because the stadium is convex, a path hits the straight wall ahead if it reaches the height of the wall at
     an x in (-a, a). Otherwise it hits the semicircle on the side of this x.
 
+    It is the only map from each bounce to the next. `orbitdb.trajectories.ensemble.advance` goes from one
+    bounce on a semicircle to the next, and `orbitdb.trajectories.legwise.next_leg` from run to run: their
+    time does not depend on the number of bounces in between.
+
     Source: this is the map F of Biham and Kvale, eq. (5).
     """
     x, y, vx, vy = rays.x, rays.y, rays.vx, rays.vy
