@@ -1258,7 +1258,7 @@ class Catalogue:
         a : float or sequence of float, optional
             One or several half lengths.
         """
-        from orbitdb.filling.bounds import find_bounds
+        from orbitdb.filling.find_bounds import find_bounds
 
         values = [self._at(one) for one in (a if isinstance(a, Iterable) else [a])]
         path = self._present().path if store else None

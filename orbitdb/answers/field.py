@@ -22,8 +22,8 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import MOST_SHOWN, Drawn, Table, columns_of, data_frame
 from orbitdb.errors import InputError, as_floats
 from orbitdb.magnetic.action import ArcPaths
-from orbitdb.magnetic.continuation import follow
-from orbitdb.magnetic.status import IN_FIELD, FieldStatus, measure
+from orbitdb.magnetic.along_kappa import follow_in_field
+from orbitdb.magnetic.field_status import IN_FIELD, FieldStatus, measure
 from orbitdb.orbits.admissible import solve_in_doubles
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.selection import Selection
@@ -69,7 +69,7 @@ class FieldOrbits(Table, Drawn):
     selection : Selection
         What was chosen.
     code, status : ndarray of str, shape (N,)
-        The words, and values of `orbitdb.magnetic.status.FieldStatus`.
+        The words, and values of `orbitdb.magnetic.field_status.FieldStatus`.
     p : ndarray of int, shape (N,)
         Periods.
     kappa : ndarray, shape (N,)
@@ -249,7 +249,7 @@ def follow_words(picked: PickedWords, kappa: Any, tell: Tell = nobody) -> FieldO
 def follow_word(word: str, a: float, kappa: float) -> tuple[FieldStatus, ArcPaths]:
     """Return the status of one word at a curvature, and its path, for figures."""
     stadium, words, at = Stadium(a), from_strings([followable(word, a)]), curvatures(kappa, a)
-    followed = follow(stadium, words, solve_in_doubles(words, stadium).coordinates, np.zeros(1), at)
+    followed = follow_in_field(stadium, words, solve_in_doubles(words, stadium).coordinates, np.zeros(1), at)
     status = FieldStatus(str(measure(stadium, words, followed, at).status[0]))
     return status, ArcPaths.of(stadium, words.T, followed.coordinates.T, at)
 
@@ -301,7 +301,7 @@ def _follow_period(stadium: Stadium, words: Words, kappas: Floats) -> dict[str, 
     places, at = solve_in_doubles(least, stadium).coordinates[rows], 0.0
     numbers: dict[float, dict[str, Any]] = {}
     for size in np.unique(np.abs(kappas)).tolist():
-        followed = follow(stadium, least[rows], places, sign * at, sign * size)
+        followed = follow_in_field(stadium, least[rows], places, sign * at, sign * size)
         places, at = followed.coordinates, size
         found = measure(stadium, least[rows], followed, sign * size)
         if size == 0:  # words without a fixed point to start from are proved to be no orbits

@@ -17,7 +17,7 @@ from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import Record
 from orbitdb.entropy_bounds.growth import automaton, growth
-from orbitdb.entropy_bounds.verdicts import Decision, Verdict, decide
+from orbitdb.entropy_bounds.verdicts import Decision, Verdict, decide_windows
 from orbitdb.entropy_bounds.windows import Letters, Windows, extended, first_windows
 from orbitdb.progress import Tell
 from orbitdb.text import between
@@ -103,16 +103,16 @@ class EntropyBounds(Record):
         return f"all paths of {self.edges + 1} bounces, {how}"
 
 
-Judge = Callable[[Windows, float, Tell | None], Decision]
+Decider = Callable[[Windows, float, Tell | None], Decision]
 """A function that decides windows at a given a and reports progress."""
 
 
-def _levels(stadium: Stadium, tell: Tell | None, judge: Judge) -> Iterator[EntropyBounds]:
+def _levels(stadium: Stadium, tell: Tell | None, decider: Decider) -> Iterator[EntropyBounds]:
     """Yield bounds for windows of 2, 3, ... edges, while there are undecided windows, but not too many."""
     forbidden: list[tuple[Letters, int]] = []
     windows, count = first_windows(), 0
     while len(windows):
-        decision = judge(windows, stadium.a, tell)
+        decision = decider(windows, stadium.a, tell)
         count += len(windows)
         forbidden.append((windows.letters[decision.verdict == Verdict.FORBIDDEN], FORBIDDEN))
         open_ = decision.verdict == Verdict.UNDECIDED
@@ -123,7 +123,7 @@ def _levels(stadium: Stadium, tell: Tell | None, judge: Judge) -> Iterator[Entro
         upper = growth(*avoiding.edges(FORBIDDEN), len(avoiding)).upper
         if going_on := windows.edges < MAX_WINDOW and len(windows) <= MOST_UNDECIDED:
             longer = extended(windows, at_left)
-            longer = longer.rows(avoiding.follow(longer.letters) == 0)
+            longer = longer.rows(avoiding.patterns_in(longer.letters) == 0)
         del avoiding  # the next automaton needs the memory
         avoiding = automaton([*forbidden, (windows.letters, UNDECIDED)])
         lower = max(0.0, growth(*avoiding.edges(FORBIDDEN | UNDECIDED), len(avoiding)).lower)
@@ -139,7 +139,7 @@ def search(
     width: float = 0.0,
     seconds: float = math.inf,
     tell: Tell | None = None,
-    judge: Judge = decide,
+    decider: Decider = decide_windows,
 ) -> Iterator[EntropyBounds]:
     """Enclose the topological entropy with longer and longer windows, up to some limit.
 
@@ -153,8 +153,9 @@ def search(
         Time limit. A level is not begun if, judging by the last two, it would exceed the limit.
     tell : callable, optional
         Receives progress reports.
-    judge : callable, optional
-        `orbitdb.entropy_bounds.verdicts.decide` or `orbitdb.entropy_bounds.proof.Proof.decide`.
+    decider : callable, optional
+        `orbitdb.entropy_bounds.verdicts.decide_windows`, or the method with the same name of
+        `orbitdb.entropy_bounds.proof.Proof`.
 
     Yields
     ------
@@ -164,7 +165,7 @@ def search(
     """
     began = ended = time.monotonic()
     last = 0.0
-    for bounds in _levels(stadium, tell, judge):
+    for bounds in _levels(stadium, tell, decider):
         yield bounds
         took, ended = time.monotonic() - ended, time.monotonic()
         growing = max(took / last, _LEAST_GROWTH) if last > _BRIEF else _USUAL_GROWTH
@@ -185,7 +186,7 @@ def search_in_balls(
     from orbitdb.entropy_bounds.proof import Proof  # loads flint, which double precision does not need
 
     proof = Proof()
-    for bounds in search(stadium, edges, width, seconds, tell, proof.decide):
+    for bounds in search(stadium, edges, width, seconds, tell, proof.decide_windows):
         yield replace(bounds, arithmetic=BALLS, proved=proof.proved, left_open=proof.left_open)
 
 

@@ -63,7 +63,7 @@ class Automaton:
     def __len__(self) -> int:
         return len(self.last)
 
-    def follow(self, words: Letters) -> Masks:
+    def patterns_in(self, words: Letters) -> Masks:
         """Return the kinds of the patterns that each word contains, mirrored or not, shape (N,)."""
         move = self.first[words[:, 0]]
         seen = self.matches[move >> 1]

@@ -19,7 +19,15 @@ from orbitdb.arrays import Marks
 from orbitdb.billiard.arithmetic import ball_precision
 from orbitdb.billiard.legs import Chain, direction_limits
 from orbitdb.billiard.stadium import HALF_PI
-from orbitdb.entropy_bounds.verdicts import BATCH, Corner, Decision, Verdict, corner, decide, solve_corner
+from orbitdb.entropy_bounds.verdicts import (
+    BATCH,
+    Corner,
+    Decision,
+    Verdict,
+    corner,
+    decide_windows,
+    solve_corner,
+)
 from orbitdb.entropy_bounds.windows import Windows, open_chains
 from orbitdb.orbits.ball_path import BallPath
 from orbitdb.progress import Tell
@@ -108,9 +116,9 @@ class Proof:
     proved: int = 0  # number of decisions that balls confirmed, up to mirror and reversal
     left_open: int = 0  # number of decisions that balls did not confirm
 
-    def decide(self, windows: Windows, a: float, tell: Tell | None = None) -> Decision:
-        """Decide windows as `orbitdb.entropy_bounds.verdicts.decide` does, but keep only proved decisions."""
-        decision = decide(windows, a, tell)
+    def decide_windows(self, windows: Windows, a: float, tell: Tell | None = None) -> Decision:
+        """Decide windows in doubles, as the function of this name does, but keep only proved decisions."""
+        decision = decide_windows(windows, a, tell)
         sure = proved(windows, decision.verdict, a, tell)
         count = int(sure.sum())
         self.proved += count

@@ -171,7 +171,7 @@ class Decision:
     extend_left: Marks
 
 
-def decide(windows: Windows, a: float, tell: Tell | None = None, size: int = BATCH) -> Decision:
+def decide_windows(windows: Windows, a: float, tell: Tell | None = None, size: int = BATCH) -> Decision:
     """Decide windows at a given a, `size` of them at a time, and report progress.
 
     f increases with the push d at the left end and the push c at the right end (`OpenChains.lean`), or at

@@ -108,7 +108,7 @@ class ArcPaths(Batch):
     @property
     def residuals(self) -> Floats:
         """Largest violation of the law of reflection, as a difference of cosines, shape (N,)."""
-        return np.abs(derivatives(self).gradient).max(axis=0)
+        return np.abs(derivatives_of_action(self).gradient).max(axis=0)
 
 
 def stretch(sine: Floats) -> Floats:
@@ -136,10 +136,10 @@ class ActionDerivatives(NamedTuple):
     gradient: Floats  # t . (arriving direction - leaving direction): 0 where the law of reflection holds
     diagonal: Floats  # of the Hessian
     couplings: Floats  # mixed derivative in the coordinates of each bounce and the next
-    drift: Floats  # derivative of the gradient in kappa
+    in_kappa: Floats  # derivative of the gradient in kappa
 
 
-def derivatives(paths: ArcPaths) -> ActionDerivatives:
+def derivatives_of_action(paths: ArcPaths) -> ActionDerivatives:
     """Return the derivatives of the action, in closed form.
 
     For p = 2, both arcs couple the same two bounces; each contributes its own entry of ``couplings``.
@@ -165,7 +165,7 @@ def derivatives(paths: ArcPaths) -> ActionDerivatives:
         gradient=preceding(arriving) - leaving,
         diagonal=own_first + preceding(own_last) - kappa / 2 * swept,
         couplings=-turning * first * last - cosine * (both - first * last) / chord - kappa / 2 * both_across,
-        drift=preceding(lean * last - chord / 2 * last_across) - lean * first - chord / 2 * first_across,
+        in_kappa=preceding(lean * last - chord / 2 * last_across) - lean * first - chord / 2 * first_across,
     )
 
 
@@ -193,6 +193,6 @@ def area_slopes(stadium: Stadium, words: Words, coordinates: Floats) -> Floats:
     """
     none = np.zeros(len(words))
     paths = ArcPaths.of(stadium, words.T, coordinates.T, none)
-    slopes = derivatives(paths)
-    (shift,) = solve_hessian(slopes, slopes.drift)
-    return (paths.chord**3).sum(axis=0) / 12 + (slopes.drift * shift).sum(axis=0)
+    slopes = derivatives_of_action(paths)
+    (shift,) = solve_hessian(slopes, slopes.in_kappa)
+    return (paths.chord**3).sum(axis=0) / 12 + (slopes.in_kappa * shift).sum(axis=0)

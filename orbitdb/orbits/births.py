@@ -21,7 +21,7 @@ from orbitdb.billiard.legs import Chain, centre_directions, cut, derivatives, di
 from orbitdb.billiard.stadium import MAX_A, MIN_A, Stadium
 from orbitdb.errors import WorkError
 from orbitdb.orbits.admissible import certificates
-from orbitdb.orbits.continuation import Zeros, candidates, follow, motion, refine, slacks_and_slopes
+from orbitdb.orbits.along_a import Zeros, candidates, follow_in_a, motion, refine, slacks_and_slopes
 from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import newton
 from orbitdb.orbits.status import Status, decide
@@ -48,7 +48,7 @@ class Bracketed(Batch):
     a: Floats  # the value of a at which it changes
     error: Floats  # proved bound on the error of a
     born: Marks  # True if it begins to be an orbit as a increases, False if it ceases
-    slack: Indices  # the smooth slack that changes sign (`orbitdb.orbits.continuation.Zeros`)
+    slack: Indices  # the smooth slack that changes sign (`orbitdb.orbits.along_a.Zeros`)
     slope: Floats  # derivative of this slack with respect to ln a (radians)
 
 
@@ -71,13 +71,15 @@ class _Polished(NamedTuple):
 
     a: Floats  # shape (K,)
     alpha: Floats  # the directions there, shape (m, K)
-    speed: Floats  # d alpha / d ln a, shape (m, K)
+    velocity: Floats  # d alpha / d ln a, shape (m, K)
     slack: Floats  # what is left of the slack, shape (K,)
     slope: Floats  # its derivative in ln a, shape (K,)
 
     def beside(self, rows: Indices, way: Floats) -> tuple[Floats, Floats]:
         """Return half lengths beside some zeros, off by a factor of 1 + `way`, and directions there."""
-        return self.a[rows] * (1 + way), self.alpha.take(rows, axis=1) + way * self.speed.take(rows, axis=1)
+        return self.a[rows] * (1 + way), self.alpha.take(rows, axis=1) + way * self.velocity.take(
+            rows, axis=1
+        )
 
 
 def _polished(part: Chain, zeros: Zeros) -> _Polished:
@@ -85,15 +87,15 @@ def _polished(part: Chain, zeros: Zeros) -> _Polished:
     own = zeros.slack, np.arange(len(zeros))
     a, alpha = np.exp(zeros.x), zeros.alpha
     for _ in range(2):  # once to get as close to the zero as doubles allow, and again there
-        step, speed = motion(part, a, alpha, direction_limits(part, a))
+        step, velocity = motion(part, a, alpha, direction_limits(part, a))
         alpha = alpha + step
-        slack, slopes = slacks_and_slopes(part, alpha, speed)
+        slack, slopes = slacks_and_slopes(part, alpha, velocity)
         with np.errstate(divide="ignore", invalid="ignore"):
             shift = np.nan_to_num(-slack[own] / slopes[own], posinf=0.0, neginf=0.0)
         shift = np.clip(shift, -_POLISH, _POLISH)
-        a, alpha = a * (1 + shift), alpha + shift * speed
-    slack, _ = slacks_and_slopes(part, alpha, speed)
-    return _Polished(a, alpha, speed, slack[own], slopes[own])
+        a, alpha = a * (1 + shift), alpha + shift * velocity
+    slack, _ = slacks_and_slopes(part, alpha, velocity)
+    return _Polished(a, alpha, velocity, slack[own], slopes[own])
 
 
 def _half_widths(part: Chain, zero: _Polished) -> Floats:
@@ -239,7 +241,7 @@ def _signs(words: Words, legs: Chain, a: float, start: Floats) -> tuple[Signs, F
 def joints(words: Words, slack: Integers) -> tuple[Integers, Integers]:
     """Return the bounce, counted from 1, and the joint that a smooth slack of each word belongs to.
 
-    `slack`, shape (N,), contains the row of each slack in `orbitdb.orbits.continuation.Station.slack`.
+    `slack`, shape (N,), contains the row of each slack in `orbitdb.orbits.along_a.Station.slack`.
     """
     bounce, joint = np.zeros((2, len(words)), np.int64)
     for rows, legs in cut(words):
@@ -268,7 +270,7 @@ def _search(words: Words, always: Marks, foot: Floats, high: float, rows: Intege
         grid = np.linspace(np.log(high), np.log(low), cells + 1)
         for places, legs in cut(words[from_low]):
             own = from_low[places]
-            part = bracket(words[own], legs, refine(legs, candidates(legs, follow(legs, grid))))
+            part = bracket(words[own], legs, refine(legs, candidates(legs, follow_in_a(legs, grid))))
             parts.append(replace(part, word=own[part.word]))
     changes = _merged(Bracketed.joined([_NONE, *parts]))
     odd = _inconsistent(changes, always)

@@ -51,8 +51,8 @@ from orbitdb.billiard.legs import (
 )
 from orbitdb.billiard.stability import solve_cyclic
 from orbitdb.billiard.stadium import HALF_PI
+from orbitdb.orbits.along_a import motion
 from orbitdb.orbits.births import signs
-from orbitdb.orbits.continuation import motion
 from orbitdb.orbits.error_bounds import direction_errors
 from orbitdb.orbits.newton import minus_hessian, newton
 
@@ -105,10 +105,10 @@ def firmness(reach: Reach, v: Floats) -> Floats:
     return held - ROUNDING * (reach.between_centres + stiff + following(stiff)) * v
 
 
-def displaced(reach: Reach, drift: Floats, off: Floats) -> Floats:
-    """Bound the change of the equations of the drift that is caused by an error `off` of the directions."""
-    kicks = reach.bend * (preceding(off) + off) * (preceding(drift) + drift)
-    return reach.drag * off + reach.lean * off * drift + kicks + following(kicks)
+def displaced(reach: Reach, velocity: Floats, off: Floats) -> Floats:
+    """Bound the change of the equations of the velocity, caused by an error `off` of the directions."""
+    kicks = reach.bend * (preceding(off) + off) * (preceding(velocity) + velocity)
+    return reach.drag * off + reach.lean * off * velocity + kicks + following(kicks)
 
 
 def forcing(reach: Reach, speed: Floats) -> Floats:
@@ -139,7 +139,9 @@ class Kind(IntEnum):
     FALLING = 4
 
 
-def judge(legs: Chain, x: Floats, radius: Floats, start: Floats) -> tuple[NDArray[np.int8], Floats, Floats]:
+def kinds_in_cells(
+    legs: Chain, x: Floats, radius: Floats, start: Floats
+) -> tuple[NDArray[np.int8], Floats, Floats]:
     """Return what is proved about each of N words in its cell.
 
     Parameters
@@ -153,14 +155,14 @@ def judge(legs: Chain, x: Floats, radius: Floats, start: Floats) -> tuple[NDArra
     -------
     kind : ndarray of int8, shape (N,)
         Values of `Kind`.
-    alpha, drift : ndarray, shape (m, N)
+    alpha, velocity : ndarray, shape (m, N)
         The directions in the middle of the cell, and d alpha/dx there if no direction is pressed.
     """
     a, r = np.exp(x), radius + _EDGE
     near, far = direction_limits(legs, a * np.exp(-r)), direction_limits(legs, a * np.exp(r))
     box = np.minimum(near[0], far[0]), np.maximum(near[1], far[1])  # for an orbit anywhere in the cell
     middle = _middle(legs, a, start, box)
-    return _kinds(legs, r, middle, _bounded(legs, a, r, box, middle)), middle.alpha, middle.drift
+    return _kinds(legs, r, middle, _bounded(legs, a, r, box, middle)), middle.alpha, middle.velocity
 
 
 class _Middle(NamedTuple):
@@ -168,8 +170,8 @@ class _Middle(NamedTuple):
 
     alpha: Floats
     off: Floats  # bound on the distance of the maximum from alpha
-    drift: Floats  # d alpha/dx if no direction is pressed
-    left_over: Floats  # bound on the residual of the equations of the drift
+    velocity: Floats  # d alpha/dx if no direction is pressed
+    left_over: Floats  # bound on the residual of the equations of the velocity
     v: Floats  # positive vectors for the bounds on the first derivative
     u: Floats  # positive vectors for the bounds on the second derivative
 
@@ -181,7 +183,7 @@ class _Bounds(NamedTuple):
     free: Marks  # whether no direction is pressed anywhere in the cell
     speed: Floats  # bound on the first derivative of the directions in x, shape (m, N)
     second: Floats  # bound on the second derivative, if free
-    wrong: Floats  # bound on the error of the drift in the middle, if free
+    wrong: Floats  # bound on the error of the velocity in the middle, if free
 
 
 def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -> _Middle:
@@ -190,10 +192,10 @@ def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -
     off = direction_errors(legs, a, alpha, slopes, box)
     pull = 2 * a * np.sin(alpha)
     diagonal, beside = minus_hessian(legs, slopes, np.zeros(alpha.shape, np.bool_))
-    drift = solve_cyclic(diagonal, beside, -pull[None])[0]
-    turning = preceding(legs.parity * drift) + drift
+    velocity = solve_cyclic(diagonal, beside, -pull[None])[0]
+    turning = preceding(legs.parity * velocity) + velocity
     kicks = np.abs(np.cos(half_turns(legs, alpha)) / (4 * legs.k**2)) * turning**2
-    forcing = np.abs(pull) + 4 * a * np.cos(alpha) * np.abs(drift) + np.abs(slopes.own_term) * drift**2
+    forcing = np.abs(pull) + 4 * a * np.cos(alpha) * np.abs(velocity) + np.abs(slopes.own_term) * velocity**2
     forcing += kicks + following(kicks)
     # room in every row for changes within a cell
     rhs = np.stack([
@@ -201,34 +203,36 @@ def _middle(legs: Chain, a: Floats, start: Floats, box: tuple[Floats, Floats]) -
         for forces in (np.abs(pull), forcing)
     ])  # fmt: skip
     v, u = solve_cyclic(diagonal, -np.abs(beside), rhs)
-    residual = diagonal * drift + beside * preceding(drift) + following(beside) * following(drift) + pull
-    size = np.abs(drift)
+    residual = (
+        diagonal * velocity + beside * preceding(velocity) + following(beside) * following(velocity) + pull
+    )
+    size = np.abs(velocity)
     neighbours = size + preceding(size) + following(size)
     rounding = _TERMS * (2 * a + np.abs(legs.lift) + 3) * (1 + neighbours)
-    return _Middle(alpha, off, drift, np.abs(residual) + rounding, v, u)
+    return _Middle(alpha, off, velocity, np.abs(residual) + rounding, v, u)
 
 
 def _bounded(legs: Chain, a: Floats, r: Floats, box: tuple[Floats, Floats], middle: _Middle) -> _Bounds:
     """Bound the motion of the maximum in each cell."""
-    alpha, off, drift = middle.alpha, middle.off, np.abs(middle.drift)
+    alpha, off, velocity = middle.alpha, middle.off, np.abs(middle.velocity)
     room = _ROOM * middle.v * r + 4 * off
     reach = reach_of(legs, a, r, alpha, room)
     q_v, q_u = firmness(reach, middle.v), firmness(reach, middle.u)
     speed = middle.v * _largest(reach.pull / q_v)
     sound: Marks = np.all((q_v > 0) & (q_u > 0) & (off + speed * r < room), axis=0)
     free: Marks = sound & np.all((alpha - room > box[0]) & (alpha + room < box[1]), axis=0)
-    unsolved = displaced(reach, drift, off) + middle.left_over
-    wrong = middle.u * _largest(unsolved / q_u) + ROUNDING * (1 + drift)
+    unsolved = displaced(reach, velocity, off) + middle.left_over
+    wrong = middle.u * _largest(unsolved / q_u) + ROUNDING * (1 + velocity)
     second = middle.u * _largest(forcing(reach, speed) / q_u)
     for _ in range(2):
-        along = np.minimum(speed, drift + wrong + r * second)
+        along = np.minimum(speed, velocity + wrong + r * second)
         second = np.minimum(second, middle.u * _largest(forcing(reach, along) / q_u))
     return _Bounds(sound, free, speed, second, wrong)
 
 
 def _kinds(legs: Chain, r: Floats, middle: _Middle, bounds: _Bounds) -> NDArray[np.int8]:
     """Return the `Kind` of each cell, which follows from the possible behaviour of its slacks."""
-    slack, slope = smooth_slacks(legs, middle.alpha), slack_changes(legs, middle.drift)
+    slack, slope = smooth_slacks(legs, middle.alpha), slack_changes(legs, middle.velocity)
     moved = _spread(legs, middle.off + bounds.speed * r) + ROUNDING
     loose, bent = _spread(legs, bounds.wrong), _spread(legs, bounds.second)
     away = _spread(legs, middle.off) + (np.abs(slope) + loose) * r + bent * r**2 / 2 + ROUNDING
@@ -340,7 +344,7 @@ def stretches(legs: Chain, low: float, high: float) -> tuple[Indices, NDArray[np
     start = centre_directions(legs.chain(word), np.exp(x))
     finished = []
     for halved in range(_HALVINGS + 1):
-        kind, alpha, drift = judge(legs.chain(word), x, r, start)
+        kind, alpha, velocity = kinds_in_cells(legs.chain(word), x, r, start)
         many = np.bincount(word, kind == Kind.OPEN, minlength=len(legs)) > _MOST
         done = (kind != Kind.OPEN) | many[word] | (halved == _HALVINGS)
         finished.append((word[done], x[done] - r[done], x[done] + r[done], kind[done]))
@@ -348,7 +352,7 @@ def stretches(legs: Chain, low: float, high: float) -> tuple[Indices, NDArray[np
         if not len(left):
             break
         r = r[left] / 2
-        shift, middle = np.clip(drift.take(left, axis=1), -1, 1) * r, alpha.take(left, axis=1)
+        shift, middle = np.clip(velocity.take(left, axis=1), -1, 1) * r, alpha.take(left, axis=1)
         start = np.concatenate([middle - shift, middle + shift], axis=1)
         word, x, r = np.tile(word[left], 2), np.concatenate([x[left] - r, x[left] + r]), np.tile(r, 2)
     word, begin, end, kind = map(np.concatenate, zip(*finished, strict=True))

@@ -13,7 +13,7 @@ from orbitdb.billiard.legs import following
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
 from orbitdb.magnetic.action import ArcPaths
-from orbitdb.magnetic.status import IN_FIELD, FieldStatus
+from orbitdb.magnetic.field_status import IN_FIELD, FieldStatus
 from orbitdb.orbits.solve import solve_word
 from orbitdb.plots.paths import draw_stadium
 from orbitdb.plots.style import BLUE, GREY, INKS, PURPLE, Picture, closed, figure, short

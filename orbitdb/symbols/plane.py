@@ -64,7 +64,7 @@ class _State(NamedTuple):
         ranks = [min(sum(other < letter for other in ranked), last) for letter in range(CLOCKWISE + 1)]
         return [last - rank for rank in ranks] if self.reversed else ranks
 
-    def follow(self, letter: int) -> "_State":
+    def after(self, letter: int) -> "_State":
         """Return the state at the next bounce.
 
         A run keeps its sense (rule 5). A leg does not return to the semicircle that it comes from (rules 4
@@ -92,7 +92,7 @@ def _tables() -> _Tables:
     states = [_State(False, None, False), _State(True, None, False)]
     after = []
     for state in states:  # grows while it is read
-        following = [state.follow(letter) for letter in range(CLOCKWISE + 1)]
+        following = [state.after(letter) for letter in range(CLOCKWISE + 1)]
         states += [new for new in dict.fromkeys(following) if new not in states]
         after.append([states.index(new) for new in following])
     digit = np.array([state.digits() for state in states], dtype=np.float64)

@@ -118,7 +118,7 @@ class TangentVectors(NamedTuple):
         return cls(y, slope, *np.zeros((3, len(y))))
 
 
-def follow(arcs: Arcs, beam: TangentVectors, a: float, steps: int) -> tuple[Arcs, TangentVectors]:
+def follow_arcs(arcs: Arcs, beam: TangentVectors, a: float, steps: int) -> tuple[Arcs, TangentVectors]:
     """Follow trajectories and their tangent vectors for a number of steps.
 
     A path of length l adds l * slope to y, and a bounce on a semicircle subtracts 2 y / sin(theta) from the
@@ -147,9 +147,9 @@ def _settled(n: int, a: float, rng: np.random.Generator) -> tuple[Arcs, TangentV
     nearly circular stadium, a vector first grows only by shear, and lambda is about 1.6 sqrt(a) per step.
     """
     arcs, beam = random_arcs(n, rng), TangentVectors.begin(np.zeros(n), np.ones(n))
-    arcs, beam = follow(arcs, beam, a, math.ceil(_SETTLED / math.sqrt(a)))
+    arcs, beam = follow_arcs(arcs, beam, a, math.ceil(_SETTLED / math.sqrt(a)))
     while beam.growth.mean() < _SETTLED:
-        arcs, beam = follow(arcs, beam, a, _RENORMALISE)
+        arcs, beam = follow_arcs(arcs, beam, a, _RENORMALISE)
     return arcs, TangentVectors.begin(beam.y, beam.slope)
 
 
@@ -261,7 +261,7 @@ def references(
     done = 0
     while done < steps:
         block = min(BLOCK, steps - done)
-        arcs, beam = follow(arcs, beam, stadium.a, block)
+        arcs, beam = follow_arcs(arcs, beam, stadium.a, block)
         done += block
         yield done / steps, _reference(beam, done, stadium, seed)
 

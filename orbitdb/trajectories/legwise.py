@@ -154,11 +154,11 @@ def simulate_legs(
 
 
 def _batch(a: float, starts: int, legs: int, rng: np.random.Generator) -> Floats:
-    """Follow new random starts; return the mean per leg of each term from `follow`, shape (4, N)."""
+    """Follow new random starts; return the mean per leg of each term from `follow_runs`, shape (4, N)."""
     runs, beams = _settled(a, random_runs(starts, rng))
     sums = np.zeros((4, starts))
     for _ in range(legs):
-        runs, beams, terms = follow(runs, beams, a)
+        runs, beams, terms = follow_runs(runs, beams, a)
         sums += terms
     return sums / legs
 
@@ -168,13 +168,13 @@ def _settled(a: float, runs: Runs) -> tuple[Runs, Beams]:
     first = next_leg(runs, a)
     runs, beams = first.runs, Beams(first.drift, np.zeros(len(first.drift)), 1 / first.drift)
     for _ in range(_LONGEST_WAY):
-        runs, beams, terms = follow(runs, beams, a)
+        runs, beams, terms = follow_runs(runs, beams, a)
         if terms[1].mean() < _SETTLED:
             break
     return runs, beams
 
 
-def follow(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
+def follow_runs(runs: Runs, beams: Beams, a: float) -> tuple[Runs, Beams, Floats]:
     """Follow trajectories over a run and the leg after it.
 
     Returns the next runs, the beams that arrive there, and an array of shape (4, N). Its rows are the

@@ -276,8 +276,8 @@ def _follow(stadium: Stadium, rays: Rays, bounces: int) -> tuple[Rays, Floats, F
     Notes
     -----
     An initial error across the path and an initial error of its direction grow like tangent vectors
-    (`orbitdb.trajectories.ensemble.follow`), which are the columns of a 2 x 2 matrix. Errors added by later
-    bounces grow less. The stretching is the largest singular value of that matrix.
+    (`orbitdb.trajectories.ensemble.follow_arcs`), which are the columns of a 2 x 2 matrix. Errors added by
+    later bounces grow less. The stretching is the largest singular value of that matrix.
     """
     offset, slope = np.eye(2)[:, :, None] * np.ones(len(rays.x))
     scale = np.zeros(len(rays.x))  # the matrix is e^scale times (offset, slope)

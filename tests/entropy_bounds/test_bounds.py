@@ -16,7 +16,7 @@ from orbitdb.averages.by_period import entropy_of_counts
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy_bounds.bounds import FORBIDDEN, UNDECIDED, search
 from orbitdb.entropy_bounds.growth import TOLERANCE, automaton, growth
-from orbitdb.entropy_bounds.verdicts import Verdict, decide
+from orbitdb.entropy_bounds.verdicts import Verdict, decide_windows
 from orbitdb.entropy_bounds.windows import (
     MIRROR,
     Windows,
@@ -61,7 +61,7 @@ def test_the_automaton_finds_patterns_their_mirror_images_and_reversals(data):
         for pattern, kind in sought.items():
             kinds |= kind * holds(word, pattern)
         expected.append(kinds)
-    assert (found.follow(EDGE_WORDS) == expected).all()
+    assert (found.patterns_in(EDGE_WORDS) == expected).all()
     avoiding = sum(1 for kinds in expected if not kinds)
     assert paths(*found.edges(3), len(found), found.first >> 1, (found.matches & 3) == 0) == avoiding
 
@@ -128,7 +128,7 @@ def patterns(a: float, edges: int) -> list[tuple[np.ndarray, int]]:
     """Return the forbidden windows up to a given length, and the undecided windows of that length."""
     windows, found = first_windows(), []
     while True:
-        decision = decide(windows, a)
+        decision = decide_windows(windows, a)
         found.append((windows.letters[decision.verdict == Verdict.FORBIDDEN], FORBIDDEN))
         undecided = decision.verdict == Verdict.UNDECIDED
         windows, at_left = windows.rows(undecided), decision.extend_left[undecided]
@@ -149,7 +149,7 @@ def test_orbits_avoid_forbidden_windows_and_allowed_windows_make_orbits(a, longe
     orbits, counted = np.zeros((2, longest + 1), dtype=np.int64)
     for p in range(2, longest + 1):
         words = words_of(p)
-        seen = seeking.follow(np.tile(edge_words(words), (1, longest // p + 2)))
+        seen = seeking.patterns_in(np.tile(edge_words(words), (1, longest // p + 2)))
         status = solve(words, Stadium(a)).status
         real = (status == Status.ORBIT) | (status == Status.BOUNDARY)
         assert not (real & (seen & FORBIDDEN > 0)).any()
@@ -200,12 +200,12 @@ def test_the_search_ends_at_the_given_width_or_time():
 def test_a_level_is_not_started_if_it_would_exceed_the_time(monkeypatch, levels_take, seconds, done):
     clock, left = [0.0], iter([*levels_take, 100.0])
 
-    def judge(*work):
+    def decider(*work):
         clock[0] += next(left)
-        return decide(*work)
+        return decide_windows(*work)
 
     monkeypatch.setattr("orbitdb.entropy_bounds.bounds.time.monotonic", lambda: clock[0])
-    assert len(list(search(Stadium(1.6), seconds=seconds, judge=judge))) == done
+    assert len(list(search(Stadium(1.6), seconds=seconds, decider=decider))) == done
 
 
 def test_there_are_bounds_at_extreme_a():

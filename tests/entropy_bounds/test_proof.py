@@ -11,7 +11,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy_bounds import proof as module
 from orbitdb.entropy_bounds.bounds import search
 from orbitdb.entropy_bounds.proof import Proof, condition_in_balls, limits_hold, proved
-from orbitdb.entropy_bounds.verdicts import Decision, Verdict, corner, decide, solve_corner
+from orbitdb.entropy_bounds.verdicts import Decision, Verdict, corner, decide_windows, solve_corner
 from orbitdb.entropy_bounds.windows import MIRROR, Windows, extended, first_windows, open_chains
 
 OPPOSITE = np.array([Verdict.UNDECIDED, Verdict.FORBIDDEN, Verdict.ALLOWED], dtype=np.uint8)
@@ -20,7 +20,7 @@ OPPOSITE = np.array([Verdict.UNDECIDED, Verdict.FORBIDDEN, Verdict.ALLOWED], dty
 def levels(a: float, edges: int) -> list[tuple[Windows, Decision]]:
     windows, found = first_windows(), []
     while windows.edges <= edges:
-        decision = decide(windows, a)
+        decision = decide_windows(windows, a)
         found.append((windows, decision))
         undecided = decision.verdict == Verdict.UNDECIDED
         windows = extended(windows.rows(undecided), decision.extend_left[undecided])
@@ -49,7 +49,7 @@ def test_balls_prove_every_verdict_and_nothing_else(a, edges, least):
 @pytest.mark.parametrize("a", [1e-3, 0.05, 10.0])
 def test_proved_bounds_equal_those_of_doubles(a):
     kept = Proof()
-    assert list(search(Stadium(a), edges=7, judge=kept.decide)) == list(search(Stadium(a), edges=7))
+    assert list(search(Stadium(a), edges=7, decider=kept.decide_windows)) == list(search(Stadium(a), edges=7))
     assert kept.left_open == 0 < kept.proved
 
 
@@ -64,16 +64,16 @@ def test_an_unproved_verdict_counts_as_undecided(monkeypatch):
     """A falsified verdict is left open and counted, and no bound relies on it."""
 
     def wrong(windows, a, tell=None):
-        decision = decide(windows, a, tell)
+        decision = decide_windows(windows, a, tell)
         verdict = decision.verdict.copy()
         if len(some := np.flatnonzero(verdict)):
             verdict[some[0]] = OPPOSITE[verdict[some[0]]]
         return Decision(verdict, decision.extend_left)
 
     sound = list(search(Stadium(1.6), edges=7))[-1]
-    monkeypatch.setattr(module, "decide", wrong)
+    monkeypatch.setattr(module, "decide_windows", wrong)
     kept = Proof()
-    found = list(search(Stadium(1.6), edges=7, judge=kept.decide))[-1]
+    found = list(search(Stadium(1.6), edges=7, decider=kept.decide_windows))[-1]
     assert kept.left_open == 5  # one per level, from the third letter on
     assert found.undecided > sound.undecided
     assert found.lower <= sound.lower < sound.upper <= found.upper

@@ -14,7 +14,7 @@ from solutions import words_of
 
 from orbitdb.billiard.legs import cut, half_turns, slacks
 from orbitdb.entropy_bounds import verdicts
-from orbitdb.entropy_bounds.verdicts import Verdict, corner, decide, solve_corner
+from orbitdb.entropy_bounds.verdicts import Verdict, corner, decide_windows, solve_corner
 from orbitdb.entropy_bounds.windows import (
     IN_RUN,
     MIRROR,
@@ -132,7 +132,7 @@ def check(words: np.ndarray, a: float, extents: list[tuple[int, int]]) -> np.nda
     counts = np.zeros(3, dtype=int)
     for before, after in extents:
         windows, row, bounce = stretches(words, before, after)
-        verdict = decide(windows, a).verdict
+        verdict = decide_windows(windows, a).verdict
         holds, value = junctions.holds[row, bounce], junctions.value[row, bounce]
         low, high = ranges(windows, a)
         wrong = ((verdict == Verdict.ALLOWED) & (holds <= 0)) | (
@@ -204,10 +204,10 @@ def test_windows_too_close_to_call_are_undecided(monkeypatch):
     """If f has a rounding error of 0.2, windows whose f comes within 0.2 of 0 are undecided."""
     windows, _, _ = stretches(words_of(6), 4, 4)
     low, high = ranges(windows, 1.6)
-    plain = decide(windows, 1.6).verdict
-    assert (decide(windows, 1.6, size=100).verdict == plain).all()
+    plain = decide_windows(windows, 1.6).verdict
+    assert (decide_windows(windows, 1.6, size=100).verdict == plain).all()
     monkeypatch.setattr(verdicts, "ROUNDING", 0.2)
-    rough = decide(windows, 1.6).verdict
+    rough = decide_windows(windows, 1.6).verdict
     assert (rough[(low < 0.2) & (high > -0.2)] == Verdict.UNDECIDED).all()
     assert {*plain[rough != plain]} == {Verdict.ALLOWED, Verdict.FORBIDDEN}
 

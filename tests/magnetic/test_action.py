@@ -9,8 +9,8 @@ from there import there
 
 from orbitdb import solve_word
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.magnetic.action import area_slopes, derivatives
-from orbitdb.magnetic.continuation import follow
+from orbitdb.magnetic.action import area_slopes, derivatives_of_action
+from orbitdb.magnetic.along_kappa import follow_in_field
 from orbitdb.magnetic.flow import stability
 from orbitdb.orbits.solve import solve
 
@@ -63,18 +63,18 @@ def test_nothing_cancels_in_a_weak_field(kappa):
 @pytest.mark.parametrize("kappa", [0.0, 0.05, 0.3, -0.2])
 def test_the_derivatives_are_differences_of_the_action(kappa):
     words, places = near_orbits(kappa)
-    slopes = derivatives(paths_at(words, places, kappa))
+    slopes = derivatives_of_action(paths_at(words, places, kappa))
     p, h = words.shape[1], 1e-5
     for n in range(p):
         step = h * (np.arange(p) == n)
         up, down = (paths_at(words, places + way * step, kappa) for way in (1, -1))
         assert (up.actions - down.actions) / 2 / h == pytest.approx(slopes.gradient[n], abs=1e-8)
-        rise = (derivatives(up).gradient - derivatives(down).gradient) / 2 / h
+        rise = (derivatives_of_action(up).gradient - derivatives_of_action(down).gradient) / 2 / h
         assert rise[n] == pytest.approx(slopes.diagonal[n], abs=1e-7)
         assert rise[(n + 1) % p] == pytest.approx(slopes.couplings[n], abs=1e-7)
         assert rise[(n + 2) % p] == pytest.approx(0, abs=1e-7)
-    more, less = (derivatives(paths_at(words, places, kappa + way * h)).gradient for way in (1, -1))
-    assert (more - less) / 2 / h == pytest.approx(slopes.drift, abs=1e-7)
+    more, less = (derivatives_of_action(paths_at(words, places, kappa + way * h)).gradient for way in (1, -1))
+    assert (more - less) / 2 / h == pytest.approx(slopes.in_kappa, abs=1e-7)
 
 
 @pytest.mark.parametrize("kappa", [0.05, 0.2, -0.3])
@@ -109,7 +109,7 @@ def test_the_determinant_of_the_hessian_gives_the_trace(a, kappa):
     """det H = prod(-b) (tr M - 2)."""
     words, places = orbits_at(6, kappa, a)
     paths = paths_at(words, places, kappa, a)
-    slopes, p = derivatives(paths), words.shape[1]
+    slopes, p = derivatives_of_action(paths), words.shape[1]
     hessian = np.zeros((len(words), p, p))
     own, ahead = np.arange(p), (np.arange(p) + 1) % p
     hessian[:, own, own] = slopes.diagonal.T
@@ -138,7 +138,7 @@ def test_the_slope_of_the_area_is_the_curvature_of_the_action(a):
     words, places, h = words[real], orbits.coordinates[real], 1e-3
     zero = np.zeros(len(words))
     up, down = (
-        paths_at(words, follow(Stadium(a), words, places, zero, zero + kappa).coordinates, kappa, a)
+        paths_at(words, follow_in_field(Stadium(a), words, places, zero, zero + kappa).coordinates, kappa, a)
         for kappa in (h, -h)
     )
     slopes = area_slopes(Stadium(a), words, places)
@@ -164,7 +164,9 @@ def test_how_far_the_first_and_the_second_order_hold(p, first, second):
     real = orbits.status == "orbit"
     words, places = words[real], orbits.coordinates[real]
     zero = np.zeros(len(words))
-    exact = paths_at(words, follow(Stadium(A), words, places, zero, zero + kappa).coordinates, kappa).actions
+    exact = paths_at(
+        words, follow_in_field(Stadium(A), words, places, zero, zero + kappa).coordinates, kappa
+    ).actions
     linear = orbits.length[real] - kappa * orbits.area[real]
     square = linear - kappa**2 / 2 * area_slopes(Stadium(A), words, places)
     assert np.abs(exact - linear).max() == pytest.approx(first, rel=0.05)

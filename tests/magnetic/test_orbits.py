@@ -9,9 +9,9 @@ from in_field import A, followed, measured, orbits_at, paths_at, states
 from solutions import random_word, solved, words_of
 
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
-from orbitdb.magnetic.action import derivatives, solve_hessian
-from orbitdb.magnetic.continuation import follow
-from orbitdb.magnetic.status import IN_FIELD, measure
+from orbitdb.magnetic.action import derivatives_of_action, solve_hessian
+from orbitdb.magnetic.along_kappa import follow_in_field
+from orbitdb.magnetic.field_status import IN_FIELD, measure
 from orbitdb.orbits.solve import solve
 from orbitdb.symbols.symmetry import ELEMENTS, ODD, REVERSE, act_on_coordinates, act_on_words
 from orbitdb.symbols.words import (
@@ -65,7 +65,7 @@ def test_the_reverse_in_a_field_is_the_orbit_in_the_opposite_field(p):
     back = act_on_words(REVERSE, words)
     turned = act_on_coordinates(REVERSE, words, orbits.coordinates)
     forward, backward = (
-        measure(Stadium(A), own, follow(Stadium(A), own, places, zero, zero + kappa), zero + kappa)
+        measure(Stadium(A), own, follow_in_field(Stadium(A), own, places, zero, zero + kappa), zero + kappa)
         for own, places, kappa in ((words, orbits.coordinates, -0.15), (back, turned, 0.15))
     )
     assert (forward.status == backward.status).all()
@@ -90,7 +90,7 @@ def test_images_of_any_word_and_the_map_agree(seed, order, a, share):
     for element in ELEMENTS:
         image, own = act_on_words(element, words), act_on_coordinates(element, words, places)
         sign = -1 if element in ODD else 1
-        followed = follow(Stadium(a), image, own, zero, zero + sign * kappa)
+        followed = follow_in_field(Stadium(a), image, own, zero, zero + sign * kappa)
         found.append((sign, measure(Stadium(a), image, followed, zero + sign * kappa)))
         if not followed.lost[0]:
             inside = np.abs(followed.coordinates) < np.where(STRAIGHT[image], a, HALF_PI) - 1e-8
@@ -107,12 +107,12 @@ def test_the_way_to_a_curvature_does_not_matter():
     """One step or many, and back again to no field."""
     words, orbits = words_of(6), solved(6, A)
     zero = np.zeros(len(words))
-    at_once = follow(Stadium(A), words, orbits.coordinates, zero, zero + 0.3).coordinates
+    at_once = follow_in_field(Stadium(A), words, orbits.coordinates, zero, zero + 0.3).coordinates
     places = orbits.coordinates
     for k in range(30):
-        places = follow(Stadium(A), words, places, zero + k / 100, zero + (k + 1) / 100).coordinates
+        places = follow_in_field(Stadium(A), words, places, zero + k / 100, zero + (k + 1) / 100).coordinates
     assert places == pytest.approx(at_once, abs=1e-9)
-    home = follow(Stadium(A), words, places, zero + 0.3, zero).coordinates
+    home = follow_in_field(Stadium(A), words, places, zero + 0.3, zero).coordinates
     assert home == pytest.approx(orbits.coordinates, abs=1e-9)
 
 
@@ -127,7 +127,9 @@ def test_words_without_a_fixed_point_to_start_from_are_lost():
     words = words_of(8)
     row = to_strings(words).index("01033113")
     orbits = solved(8, 0.5)
-    found = follow(Stadium(0.5), words[[row]], orbits.coordinates[[row]], np.zeros(1), np.full(1, 0.05))
+    found = follow_in_field(
+        Stadium(0.5), words[[row]], orbits.coordinates[[row]], np.zeros(1), np.full(1, 0.05)
+    )
     assert np.isnan(found.residual).all()
     assert found.lost.all()
 
@@ -163,7 +165,7 @@ def converged(words, places, kappa, steps, most):
     now = places.T
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         for _ in range(steps):
-            slopes = derivatives(paths_at(words, now.T, kappa))
+            slopes = derivatives_of_action(paths_at(words, now.T, kappa))
             move = -solve_hessian(slopes, slopes.gradient)[0]
             now = now + move / np.maximum(1, np.abs(move).max(axis=0) / most)
         numbers = measured(words, now.T, kappa)

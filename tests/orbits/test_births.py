@@ -17,8 +17,8 @@ from orbitdb.billiard.legs import cut, direction_limits, slack_changes, slacks, 
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, WorkError
 from orbitdb.orbits import births
+from orbitdb.orbits.along_a import between, candidates, follow_in_a, motion, refine
 from orbitdb.orbits.births import JOINTS, Changes, events, find_changes
-from orbitdb.orbits.continuation import between, candidates, follow, motion, refine
 from orbitdb.orbits.newton import newton
 from orbitdb.orbits.solve import LONGEST, solve
 from orbitdb.orbits.status import Status
@@ -46,21 +46,21 @@ def test_smooth_slacks_are_linear_and_give_the_slacks():
     assert moved == pytest.approx(slack_changes(legs, change)[finite], abs=1e-13)
 
 
-def test_drift_is_the_derivative_of_the_maximum():
+def test_velocity_is_the_derivative_of_the_maximum():
     ((_, legs),) = [each for each in cut(representatives(6)) if each[1].k.shape[0] == 4]
     a, h = 1.2, 1e-5
     low, here, high = (newton(legs, a * math.exp(x)).alpha for x in (-h, 0.0, h))
     limits = direction_limits(legs, a)
     free = ((here > limits[0]) & (here < limits[1])).all(axis=0)
-    _, drift = motion(legs, a, here, limits)
-    assert drift[:, free] == pytest.approx(((high - low) / (2 * h))[:, free], abs=1e-8)
+    _, velocity = motion(legs, a, here, limits)
+    assert velocity[:, free] == pytest.approx(((high - low) / (2 * h))[:, free], abs=1e-8)
 
 
 def test_following_a_word_agrees_with_solving():
     ((_, legs),) = [each for each in cut(representatives(6)) if each[1].k.shape[0] == 4]
-    stations = list(follow(legs, np.log(np.geomspace(60, 0.05, 20))))
+    stations = list(follow_in_a(legs, np.log(np.geomspace(60, 0.05, 20))))
     assert stations[-1].alpha == pytest.approx(newton(legs, 0.05).alpha, abs=1e-5)
-    ends = [list(follow(legs, np.log(np.geomspace(1.5, 1, 1 + steps))))[-1].alpha for steps in (8, 16)]
+    ends = [list(follow_in_a(legs, np.log(np.geomspace(1.5, 1, 1 + steps))))[-1].alpha for steps in (8, 16)]
     off = [np.abs(end - newton(legs, 1.0).alpha).max() for end in ends]
     assert off[0] / off[1] == pytest.approx(2**6, rel=0.3)  # a cubic error, squared by a Newton step
 
@@ -74,10 +74,10 @@ def test_interpolation_between_stations_agrees_with_solving(p, at, widths, order
     for _, legs in cut(representatives(p)):
         off = []
         for h in widths:
-            low, middle, high = (next(follow(legs, np.array([at + x]))) for x in (-h / 2, 0, h / 2))
+            low, middle, high = (next(follow_in_a(legs, np.array([at + x]))) for x in (-h / 2, 0, h / 2))
             found = between(legs, low, high)
             assert found.x == pytest.approx(at)
-            assert found.drift == pytest.approx(middle.drift, abs=3e-3)
+            assert found.velocity == pytest.approx(middle.velocity, abs=3e-3)
             off.append(np.abs(found.alpha - middle.alpha).max())
         assert max(off) < 1e-5
         assert order is None or off[0] / off[1] == pytest.approx(2**order, rel=0.2)
@@ -95,7 +95,7 @@ def test_every_change_between_two_stations_is_found(found):
                 births = np.log(changes.a[np.isin(changes.word, rows)])
                 at = births[(low < births) & (births < high)][:n] + (0, 1e-13, -1e-13, 1e-8)[n % 4]
                 stations = np.sort(np.unique([low, *at, high]))[::-1]
-                zeros = refine(legs, candidates(legs, follow(legs, stations)))
+                zeros = refine(legs, candidates(legs, follow_in_a(legs, stations)))
                 for row, word in enumerate(rows.tolist()):
                     places = np.log(changes.a[changes.word == word])
                     places = places[(low < places) & (places < high)]
@@ -241,6 +241,6 @@ def test_a_word_that_is_searched_again_joins_the_others(found, monkeypatch):
 def test_inconsistent_births_are_refused(monkeypatch):
     """A word whose birth the grid missed is searched again, and finally refused."""
     monkeypatch.setattr(births, "FINER", (1,))
-    monkeypatch.setattr(births, "follow", lambda legs, grid: iter(()))
+    monkeypatch.setattr(births, "follow_in_a", lambda legs, grid: iter(()))
     with pytest.raises(WorkError, match="010203113"):
         find_changes(from_strings(["010203113"]))

@@ -8,8 +8,8 @@ from solutions import representatives
 
 from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits, following, half_turns, preceding
 from orbitdb.billiard.stadium import HALF_PI
+from orbitdb.orbits.along_a import motion
 from orbitdb.orbits.births import find_changes
-from orbitdb.orbits.continuation import motion
 from orbitdb.orbits.missing_births import (
     ROUNDING,
     Completeness,
@@ -18,7 +18,7 @@ from orbitdb.orbits.missing_births import (
     displaced,
     firmness,
     forcing,
-    judge,
+    kinds_in_cells,
     prove_all,
     reach_of,
     stretches,
@@ -43,9 +43,9 @@ def judged(monkeypatch) -> list[int]:
 
     def count(legs, *given):
         numbers.append(len(legs))
-        return judge(legs, *given)
+        return kinds_in_cells(legs, *given)
 
-    monkeypatch.setattr("orbitdb.orbits.missing_births.judge", count)
+    monkeypatch.setattr("orbitdb.orbits.missing_births.kinds_in_cells", count)
     return numbers
 
 
@@ -144,7 +144,7 @@ def test_a_cell_of_zero_width_is_always_decided(a):
     for rows, legs in cut(words):
         count = len(rows)
         x, nothing = np.full(count, np.log(a)), np.zeros(count)
-        kind, *_ = judge(legs, x, nothing, np.zeros(legs.k.shape))
+        kind, *_ = kinds_in_cells(legs, x, nothing, np.zeros(legs.k.shape))
         assert (kind == np.where(status[rows] == "orbit", Kind.ALIVE, Kind.DEAD)).all()
 
 
@@ -188,24 +188,26 @@ def test_bounds_in_a_cell_follow_from_the_equations_and_are_sharp(a):
         alpha, (low, high) = newton(words, a).alpha, direction_limits(words, a)
         free = np.flatnonzero(((alpha > low) & (alpha < high)).all(axis=0))
         legs, alpha = words.chain(free), alpha[:, free]
-        _, drift = motion(legs, a, alpha, direction_limits(legs, a))
+        _, velocity = motion(legs, a, alpha, direction_limits(legs, a))
 
         def gradient(moved, x=0.0, legs=legs):
             return derivatives(legs, a * np.exp(x), moved).gradient
 
-        def slope(here, drift=drift, gradient=gradient):
-            return (gradient(here + drift * step, step) - gradient(here - drift * step, -step)) / (2 * step)
+        def slope(here, velocity=velocity, gradient=gradient):
+            return (gradient(here + velocity * step, step) - gradient(here - velocity * step, -step)) / (
+                2 * step
+            )
 
         def reach(room, legs=legs, alpha=alpha):
             here = np.full(alpha.shape[1], a)
             return reach_of(legs, here, 0 * here, alpha, room)
 
-        ends = gradient(alpha + drift * step, step) + gradient(alpha - drift * step, -step)
+        ends = gradient(alpha + velocity * step, step) + gradient(alpha - velocity * step, -step)
         second = np.abs(ends - 2 * gradient(alpha)) / step**2
         off = rng.choice([-1e-5, 1e-5], alpha.shape)
         changed = np.abs(slope(alpha + off) - slope(alpha))
-        driven = forcing(reach(np.zeros_like(alpha)), np.abs(drift)) + 1e-6  # error of differences
-        loose = displaced(reach(np.abs(off)), np.abs(drift), np.abs(off)) + 1e-11
+        driven = forcing(reach(np.zeros_like(alpha)), np.abs(velocity)) + 1e-6  # error of differences
+        loose = displaced(reach(np.abs(off)), np.abs(velocity), np.abs(off)) + 1e-11
         v = rng.uniform(1, 1.3, alpha.shape)
         q, u = firmness(reach(np.zeros_like(alpha)), v), v * rng.choice([-1, 1], alpha.shape)
         sides = np.abs(gradient(alpha + u * step) - gradient(alpha - u * step)) / (2 * step)
@@ -234,10 +236,10 @@ def test_mirrored_words_get_the_same_verdicts(radius):
         mirrored = Chain(legs.k, -legs.d, legs.n, -legs.s)
         for a in (0.02, 0.1, 0.4, 1.0, 3.0):
             x, size = np.full(legs.k.shape[1], np.log(a)), np.full(legs.k.shape[1], radius)
-            kind, alpha, drift = judge(legs, x, size, np.zeros(legs.k.shape))
-            other = judge(mirrored, x, size, np.zeros(legs.k.shape))
+            kind, alpha, velocity = kinds_in_cells(legs, x, size, np.zeros(legs.k.shape))
+            other = kinds_in_cells(mirrored, x, size, np.zeros(legs.k.shape))
             assert (other[0] == kind).all()
             np.testing.assert_allclose(other[1], -alpha, atol=1e-9)
-            np.testing.assert_allclose(other[2], -drift, atol=1e-6)
+            np.testing.assert_allclose(other[2], -velocity, atol=1e-6)
             told |= set(kind.tolist())
     assert len(told) >= 3

@@ -7,8 +7,8 @@ from solutions import solved, words_of
 from orbitdb.arrays import Words
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.magnetic.action import ArcPaths
-from orbitdb.magnetic.continuation import FollowedWords, follow
-from orbitdb.magnetic.status import IN_FIELD, FieldNumbers, measure
+from orbitdb.magnetic.along_kappa import FollowedWords, follow_in_field
+from orbitdb.magnetic.field_status import IN_FIELD, FieldNumbers, measure
 
 A = 1.6
 
@@ -22,7 +22,7 @@ def followed(p: int, kappa: float, a: float = A) -> tuple[Words, Floats]:
     """Return all words of a period and their bounces at a curvature, each of shape (N, p)."""
     words, orbits = words_of(p), solved(p, a)
     zero = np.zeros(len(words))
-    return words, follow(Stadium(a), words, orbits.coordinates, zero, zero + kappa).coordinates
+    return words, follow_in_field(Stadium(a), words, orbits.coordinates, zero, zero + kappa).coordinates
 
 
 def measured(words: Words, places: Floats, kappa: float, a: float = A) -> FieldNumbers:

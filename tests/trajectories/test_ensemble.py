@@ -21,7 +21,7 @@ from orbitdb.trajectories.ensemble import (
     Reference,
     TangentVectors,
     advance,
-    follow,
+    follow_arcs,
     random_arcs,
     references,
 )
@@ -75,7 +75,7 @@ def test_steps_between_semicircles_agree_with_single_bounces(a, seed):
 @pytest.mark.parametrize("a", slow_but([1e-6, 1e6], WIDTHS))
 def test_long_trajectories_stay_finite_and_on_the_boundary(a):
     arcs, beam = random_arcs(500, np.random.default_rng(2)), TangentVectors.begin(np.zeros(500), np.ones(500))
-    arcs, beam = follow(arcs, beam, a, 500)
+    arcs, beam = follow_arcs(arcs, beam, a, 500)
     np.testing.assert_allclose(arcs.x**2 + arcs.y**2, 1, atol=1e-14)
     np.testing.assert_allclose(arcs.vx**2 + arcs.vy**2, 1, atol=1e-14)
     assert np.all(arcs.side * arcs.x > -1e-12)
@@ -110,7 +110,7 @@ def test_growth_agrees_with_the_product_of_bounce_matrices():
     a, n, steps = 1.6, 300, 5
     start = random_arcs(n, np.random.default_rng(3))
     few = advance(start, a).walls < 50
-    _, beam = follow(start, TangentVectors.begin(np.full(n, 0.6), np.full(n, 0.4)), a, steps)
+    _, beam = follow_arcs(start, TangentVectors.begin(np.full(n, 0.6), np.full(n, 0.4)), a, steps)
     rays, vector = as_rays(start, a), np.tile([0.4, 0.6], (n, 1))
     growth, visits = np.zeros(n), np.zeros(n, int)
     for _ in range(200):

@@ -8,7 +8,7 @@ from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.simulation import simulate
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.trajectories.ensemble import Arcs, advance, random_arcs
-from orbitdb.trajectories.legwise import Beams, Runs, follow, next_leg, random_runs, simulate_legs
+from orbitdb.trajectories.legwise import Beams, Runs, follow_runs, next_leg, random_runs, simulate_legs
 
 
 def run_of(arcs):
@@ -48,8 +48,8 @@ def test_the_terms_of_a_leg_are_the_growth_of_its_matrices():
     for _ in range(3):
         leg = next_leg(runs, a)
         coupling = np.log1p((1 / leg.drift + 1 / beams.drift) / leg.kick)
-        _, wide, between = follow(runs, wide, a)
-        runs, beams, terms = follow(runs, beams, a)
+        _, wide, between = follow_runs(runs, wide, a)
+        runs, beams, terms = follow_runs(runs, beams, a)
         slope = slope + leg.kick * y
         after = y + leg.drift * slope
         rest = np.log(after / y) - np.log(leg.drift) - np.log(leg.kick) - coupling

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Batch, Floats, Words
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.magnetic.action import ArcPaths
-from orbitdb.magnetic.continuation import FollowedWords
+from orbitdb.magnetic.along_kappa import FollowedWords
 from orbitdb.magnetic.flow import at_joints, leave_stadium, stability
 from orbitdb.text import Phrased
 

@@ -40,14 +40,14 @@ class Station(Batch):
 
     x: float  # ln a
     alpha: Floats  # directions of the legs (radians), shape (m, N)
-    drift: Floats  # d alpha/dx
+    velocity: Floats  # d alpha/dx
     slack: Floats  # the smooth slacks (radians), shape (6 m, N); missing slacks are infinite
     slope: Floats  # derivatives of the slacks in x
 
     @classmethod
-    def at(cls, legs: Chain, x: float, alpha: Floats, drift: Floats) -> "Station":
-        """Return a station with the slacks that belong to the given directions and drift."""
-        return cls(x, alpha, drift, *slacks_and_slopes(legs, alpha, drift))
+    def at(cls, legs: Chain, x: float, alpha: Floats, velocity: Floats) -> "Station":
+        """Return a station with the slacks that belong to the given directions and velocity."""
+        return cls(x, alpha, velocity, *slacks_and_slopes(legs, alpha, velocity))
 
 
 def hermite(t: float | Floats, h: float, ends: Sequence[Floats], slopes: Sequence[Floats]) -> Floats:
@@ -60,56 +60,56 @@ def hermite(t: float | Floats, h: float, ends: Sequence[Floats], slopes: Sequenc
 def motion(
     legs: Chain, a: float | Floats, alpha: Floats, limits: tuple[Floats, Floats]
 ) -> tuple[Floats, Floats]:
-    """Return Newton's step and the drift of words at directions within their limits, each of shape (m, N).
+    """Return Newton's step and the velocity of words at directions within their limits, each of shape (m, N).
 
-    The drift is d alpha/dx with x = ln a. It is zero for directions pressed against a limit.
+    The velocity is d alpha/dx with x = ln a. It is zero for directions pressed against a limit.
     """
     slopes = derivatives(legs, a, alpha)
     pressed = pressed_directions(alpha, slopes, limits)
-    step, drift = responses(legs, slopes, pressed, slopes.gradient, -2 * a * np.sin(alpha))
-    return step, drift
+    step, velocity = responses(legs, slopes, pressed, slopes.gradient, -2 * a * np.sin(alpha))
+    return step, velocity
 
 
-def follow(legs: Chain, grid: Floats) -> Iterator[Station]:
+def follow_in_a(legs: Chain, grid: Floats) -> Iterator[Station]:
     """Follow N words along a grid of x = ln a; yield a station for each point of the grid.
 
     Newton's method starts from an extrapolation of the last two stations.
     """
     first = float(np.exp(grid[0]))
     alpha = newton(legs, first).alpha
-    _, drift = motion(legs, first, alpha, direction_limits(legs, first))
-    bend = np.zeros_like(drift)
-    yield Station.at(legs, float(grid[0]), alpha, drift)
+    _, velocity = motion(legs, first, alpha, direction_limits(legs, first))
+    bend = np.zeros_like(velocity)
+    yield Station.at(legs, float(grid[0]), alpha, velocity)
     for x, h in zip(grid[1:].tolist(), np.diff(grid).tolist(), strict=True):
         a = float(np.exp(x))
         limits = direction_limits(legs, a)
-        before, start = drift, np.clip(alpha + h * (drift + h / 2 * bend), *limits)
-        alpha, drift = _settle(legs, a, start, limits)
-        bend = (drift - before) / h
-        yield Station.at(legs, x, alpha, drift)
+        before, start = velocity, np.clip(alpha + h * (velocity + h / 2 * bend), *limits)
+        alpha, velocity = _settle(legs, a, start, limits)
+        bend = (velocity - before) / h
+        yield Station.at(legs, x, alpha, velocity)
 
 
 def _settle(legs: Chain, a: float, start: Floats, limits: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
-    """Solve words, starting from nearby directions; return directions and drift, each of shape (m, N)."""
-    alpha, drift = start.copy(), np.empty_like(start)
+    """Solve words, starting from nearby directions; return directions and velocity, each of shape (m, N)."""
+    alpha, velocity = start.copy(), np.empty_like(start)
     part, old, active = legs, start, np.arange(len(legs))
     for _ in range(_PLAIN_STEPS):
-        step, drift[:, active] = motion(part, a, old, limits)
+        step, velocity[:, active] = motion(part, a, old, limits)
         new = np.clip(old + step, *limits)
         alpha[:, active] = new
         going = np.flatnonzero(np.abs(new - old).max(axis=0) > _ON_THE_WAY)
         if not len(going):
-            return alpha, drift
+            return alpha, velocity
         active, old, part = active[going], new.take(going, axis=1), part.chain(going)
         limits = (limits[0].take(going, axis=1), limits[1].take(going, axis=1))
     alpha[:, active] = newton(part, a, start=old).alpha
-    _, drift[:, active] = motion(part, a, alpha[:, active], limits)
-    return alpha, drift
+    _, velocity[:, active] = motion(part, a, alpha[:, active], limits)
+    return alpha, velocity
 
 
-def slacks_and_slopes(legs: Chain, alpha: Floats, drift: Floats) -> tuple[Floats, Floats]:
+def slacks_and_slopes(legs: Chain, alpha: Floats, velocity: Floats) -> tuple[Floats, Floats]:
     """Return the smooth slacks and their slopes in x, each of shape (6 m, N)."""
-    slack, slope = smooth_slacks(legs, alpha), slack_changes(legs, drift)
+    slack, slope = smooth_slacks(legs, alpha), slack_changes(legs, velocity)
     shape = (6 * len(alpha), len(legs))
     return slack.reshape(shape), slope.reshape(shape)
 
@@ -119,9 +119,9 @@ def between(legs: Chain, start: Station, end: Station) -> Station:
     x, h = (start.x + end.x) / 2, end.x - start.x
     a = float(np.exp(x))
     limits = direction_limits(legs, a)
-    guess = (start.alpha + end.alpha) / 2 + h / 8 * (start.drift - end.drift)
-    alpha, drift = _settle(legs, a, np.clip(guess, *limits), limits)
-    return Station.at(legs, x, alpha, drift)
+    guess = (start.alpha + end.alpha) / 2 + h / 8 * (start.velocity - end.velocity)
+    alpha, velocity = _settle(legs, a, np.clip(guess, *limits), limits)
+    return Station.at(legs, x, alpha, velocity)
 
 
 _NEAR = 0.02
@@ -156,7 +156,7 @@ class Zeros(Batch):
 def candidates(legs: Chain, stations: Iterable[Station]) -> Zeros:
     """Find the cells in which a slack of a word changes its sign and no other is negative throughout.
 
-    The stations are those of the N words along the grid (`orbitdb.orbits.continuation.follow`).
+    The stations are those of the N words along the grid (`orbitdb.orbits.along_a.follow_in_a`).
     """
     none, nothing = np.zeros(0, np.intp), np.zeros(0)
     cells, before = [Zeros(none, none, nothing, nothing, np.zeros((len(legs.k), 0)))], None
@@ -176,7 +176,7 @@ def _search(legs: Chain, word: Indices, start: Station, end: Station, halved: in
         return
     kept = np.flatnonzero(~dull)
     part, word, start, end = legs.chain(kept), word[kept], start.rows(kept), end.rows(kept)
-    crossings, dead, doubtful = _judge(start, end)
+    crossings, dead, doubtful = _crossings(start, end)
     if halved < _HALVINGS and (doubtful & ~dead).any():
         again = np.flatnonzero(doubtful & ~dead)
         halves, ends = part.chain(again), (start.rows(again), end.rows(again))
@@ -190,7 +190,7 @@ def _search(legs: Chain, word: Indices, start: Station, end: Station, halved: in
         yield Zeros(word[column], slack, far, near, end.alpha[:, column])
 
 
-def _judge(start: Station, end: Station) -> tuple[Marks, Marks, Marks]:
+def _crossings(start: Station, end: Station) -> tuple[Marks, Marks, Marks]:
     """Tell which slacks cross zero, which words are not orbits in the entire cell, and which are doubtful."""
     f0, f1 = start.slack, end.slack
     crossings = (f0 < 0) != (f1 < 0)

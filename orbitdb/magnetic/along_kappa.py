@@ -11,7 +11,7 @@ import numpy as np
 
 from orbitdb.arrays import Floats, Marks, Words
 from orbitdb.billiard.stadium import STRAIGHT, Stadium
-from orbitdb.magnetic.action import ArcPaths, derivatives, solve_hessian
+from orbitdb.magnetic.action import ArcPaths, derivatives_of_action, solve_hessian
 
 STEP = 1 / 8
 """Largest step in kappa, in units of the largest curvature, 1 / (a + 1)."""
@@ -48,7 +48,9 @@ class FollowedWords(NamedTuple):
         return np.isnan(self.residual)
 
 
-def follow(stadium: Stadium, words: Words, coordinates: Floats, start: Floats, end: Floats) -> FollowedWords:
+def follow_in_field(
+    stadium: Stadium, words: Words, coordinates: Floats, start: Floats, end: Floats
+) -> FollowedWords:
     """Follow stationary points of the action from one curvature to another.
 
     Parameters
@@ -69,7 +71,7 @@ def follow(stadium: Stadium, words: Words, coordinates: Floats, start: Floats, e
 
 def _follow(stadium: Stadium, symbols: Words, places: Floats, start: Floats, end: Floats) -> FollowedWords:
     places, kappa = places.copy(), start.copy()
-    speed = _newton_step(stadium, symbols, places, kappa)[1]
+    velocity = _newton_step(stadium, symbols, places, kappa)[1]
     largest, least = STEP / (stadium.a + 1), _LEAST_STEP / (stadium.a + 1)
     step = np.full(len(kappa), largest)
     moving = np.flatnonzero((kappa != end) & ~np.isnan(places[0]))
@@ -78,11 +80,11 @@ def _follow(stadium: Stadium, symbols: Words, places: Floats, start: Floats, end
         target = end[moving]
         shift = np.clip(target - kappa[moving], -step[moving], step[moving])
         goal = np.where(np.abs(target - kappa[moving]) <= step[moving], target, kappa[moving] + shift)
-        now = places.take(moving, axis=1) + shift * speed.take(moving, axis=1)
+        now = places.take(moving, axis=1) + shift * velocity.take(moving, axis=1)
         now, fresh_speed, reached = _corrected(stadium, own, now, goal)
         there = moving[reached]
         places[:, there], kappa[there] = now[:, reached], goal[reached]
-        speed[:, there] = fresh_speed[:, reached]
+        velocity[:, there] = fresh_speed[:, reached]
         step[there] = np.minimum(2 * step[there], largest)
         step[moving[~reached]] /= 2
         moving = moving[(kappa[moving] != target) & (step[moving] >= least)]
@@ -97,21 +99,21 @@ def _corrected(
     near = np.ones(len(kappa), np.bool_)
     unit = np.where(STRAIGHT[symbols], stadium.a + 1, 1.0)
     for count in range(_CORRECTIONS):
-        move, speed = _newton_step(stadium, symbols, places, kappa)
+        move, velocity = _newton_step(stadium, symbols, places, kappa)
         size = np.abs(move / unit).max(axis=0)
         places = places + move
         if not count:
             near = size <= _FAR  # false for NaN, too
         if not (near & (size > _NEAR)).any():
             break
-    return places, speed, near & (size <= _NEAR)
+    return places, velocity, near & (size <= _NEAR)
 
 
 def _newton_step(stadium: Stadium, symbols: Words, places: Floats, kappa: Floats) -> tuple[Floats, Floats]:
     """Return the Newton step, and the derivatives of the bounces in kappa, each of shape (p, N)."""
-    slopes = derivatives(ArcPaths.of(stadium, symbols, places, kappa))
-    step, speed = -solve_hessian(slopes, slopes.gradient, slopes.drift)
-    return step, speed
+    slopes = derivatives_of_action(ArcPaths.of(stadium, symbols, places, kappa))
+    step, velocity = -solve_hessian(slopes, slopes.gradient, slopes.in_kappa)
+    return step, velocity
 
 
 def _polished(stadium: Stadium, symbols: Words, places: Floats, kappa: Floats) -> FollowedWords:
