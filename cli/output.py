@@ -199,6 +199,7 @@ def write(
             kept = [place for place, name in enumerate(columns) if bounded_by(name, columns) is None]
             columns, left = [columns[place] for place in kept], [left[place] for place in kept]
             texts = [[cells[place] for place in kept] for cells in texts]
+        columns = [printable(name) for name in columns]
         lines = {Format.TABLE: _table, Format.MARKDOWN: _markdown, Format.LATEX: _latex}[form]
         sys.stdout.writelines(f"{line}\n" for line in lines(columns, texts, left) if texts)
         return len(texts)
@@ -215,7 +216,8 @@ def _cells(
     columns: Sequence[str], rows: Iterable[Sequence[Any]], digits: int | None, uncertainty: bool
 ) -> tuple[list[list[str]], list[bool]]:
     """Return the texts of all cells, and for each column whether it is text and thus aligned left."""
-    texts, left = [], [False] * len(columns)
+    texts: list[list[str]] = []
+    left = [False] * len(columns)
     errors = [
         (columns.index(of), place)
         for place, name in enumerate(columns)
@@ -224,6 +226,8 @@ def _cells(
     ]
     shown = in_brackets if uncertainty else as_sure
     for row in rows:
+        if len(texts) == _MOST_IN_TABLE:
+            raise InputError(f"more than {_MOST_IN_TABLE:,} rows make no table: use --format csv, or a limit")
         cells = [
             printable(code_text(value))
             if name in _CODES and value is not None
@@ -237,6 +241,10 @@ def _cells(
         texts.append(cells)
         left = [is_text or not _is_number(value) for is_text, value in zip(left, row, strict=True)]
     return texts, left
+
+
+_MOST_IN_TABLE = 200_000
+"""A table needs all its rows at once, to find the widths of its columns."""
 
 
 def _is_number(value: Any) -> bool:

@@ -7,17 +7,20 @@ file, named as in the W3C's "CSV on the Web": ``orbits.csv-metadata.json``.
 
 import contextlib
 import csv
+import errno
 import glob
 import json
 import math
 import os
 import shutil
+import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from itertools import islice
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TextIO
+from urllib.parse import quote
 
 from orbitdb.columns import Row, kind_of
 from orbitdb.display import load
@@ -41,7 +44,7 @@ def write_csv(file: TextIO, columns: Sequence[str], rows: Iterable[Any], delimit
     The items of a list are separated by blanks, None is empty, and no text is a formula (`cell`).
     """
     writer = csv.writer(file, delimiter=delimiter, lineterminator="\n")
-    writer.writerow(columns)
+    writer.writerow(map(cell, columns))
     count = 0
     for row in rows:
         writer.writerow(map(cell, row))
@@ -185,18 +188,17 @@ def check_target(path: Path, replace: bool = True) -> None:
     A catalogue or another SQLite file is never replaced. Raises `StoreError` if there is no such folder.
     """
     try:
-        if path.exists() and not path.is_file():
+        if not path.exists():
+            folder = Path(os.path.realpath(path)).parent if path.is_symlink() else path.parent
+            if not folder.is_dir():
+                raise StoreError(f"there is no folder {folder}: make it first")
+            return
+        if not path.is_file():
             raise ExportError(f"{path} is a folder or a device: name a file")
-        with open(path, "rb") as file:
-            start = file.read(len(_SQLITE[0]))
-    except FileNotFoundError as error:
-        folder = Path(os.path.realpath(path)).parent if path.is_symlink() else path.parent
-        if not folder.is_dir():
-            raise StoreError(f"there is no folder {folder}: make it first") from error
-        return
+        belongs_to_sqlite = _is_database(path) or _is_journal(path)
     except OSError as error:
         raise StoreError(f"{path} cannot be written ({error.strerror})") from error
-    if start.startswith(_SQLITE):
+    if belongs_to_sqlite:
         raise ExportError(
             f"{path} is an SQLite file, such as a catalogue, and is never replaced: name another"
         )
@@ -204,9 +206,31 @@ def check_target(path: Path, replace: bool = True) -> None:
         raise ExportError(f"{path} already exists: --force, in Python force=True, replaces it")
 
 
-_LOGS = ("d9d505f920a163d7", "377f0682", "377f0683")
-_SQLITE = (b"SQLite format 3\0", *map(bytes.fromhex, _LOGS))
-"""What an SQLite file, its journal or its write-ahead log begins with."""
+def _is_database(path: Path) -> bool:
+    """Tell whether a file is an SQLite database.
+
+    Only SQLite may open it: a process that closes a file loses all its locks on it (POSIX), those of open
+    catalogues, too, and other processes could then write where they must not.
+    """
+    uri = f"file:{quote(os.fsencode(path.absolute()))}?mode=ro&immutable=1"
+    try:
+        with contextlib.closing(sqlite3.connect(uri, uri=True)) as database:
+            return database.execute("PRAGMA page_count").fetchone() != (0,)
+    except sqlite3.DatabaseError as error:
+        if error.sqlite_errorcode == sqlite3.SQLITE_CANTOPEN:
+            path.stat()
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES)) from error
+        return error.sqlite_errorcode != sqlite3.SQLITE_NOTADB
+
+
+def _is_journal(path: Path) -> bool:
+    """Tell whether a file that is no database is the journal or the write-ahead log of one."""
+    with open(path, "rb") as file:
+        return file.read(8).startswith(_JOURNALS)
+
+
+_JOURNALS = tuple(map(bytes.fromhex, ("d9d505f920a163d7", "377f0682", "377f0683")))
+"""What a journal or a write-ahead log begins with."""
 
 
 def check_space(path: Path, need: float, what: str) -> None:

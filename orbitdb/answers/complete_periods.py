@@ -21,6 +21,7 @@ from orbitdb.store.periods import Sweep
 from orbitdb.store.select import WORDS, Words, arrays_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.sqlite import Connection
+from orbitdb.store.tables import readable
 from orbitdb.store.where import reads_codes
 from orbitdb.symbols.words import packed, unpack
 
@@ -38,7 +39,8 @@ def read_classes(connection: Connection, selection: Selection, texts: Sequence[s
         )
     names = ("p", WORDS, "length", "lyapunov", "walls", "class_size", *texts)
     found = arrays_of(connection, Words(selection, by_class=True), names)
-    return OrbitClasses(**{name: found[name] for name in names}, number=found["id"])
+    with readable(f"a row of {selection.describe()}"):
+        return OrbitClasses(**{name: found[name] for name in names}, number=found["id"])
 
 
 @dataclass(frozen=True)

@@ -168,6 +168,7 @@ class Coverage:
         missing = self.unfilled()
         if missing and not (swept or self.filled or self.partial):
             return ""
+        self._check_rows()
         lacking = missing or self.lacking_births() or self.partial
         hint = ""
         if chosen.where is not None and reads_codes(chosen.where):
@@ -178,6 +179,17 @@ class Coverage:
                 f"; {shortened(chosen.contains)} breaks rule {rules}: only geometrically pruned words have it"
             )
         return f"no {chosen.describe()}{' among the stored words' if lacking else ''}{hint}"
+
+    def _check_rows(self) -> None:
+        """Raise `AlteredError` if a whole filled period has no rows, as in a table that was emptied."""
+        chosen = self.chosen
+        if replace(chosen, periods=(), statuses=()) != Selection(chosen.a):
+            return
+        of_orbits = chosen.statuses == (Status.ORBIT,)
+        for fill in self.fills if of_orbits or not chosen.statuses else ():
+            counted = fill.n_c if of_orbits else fill.words
+            if fill.complete and chosen.includes(fill.p) and counted:
+                raise AlteredError(f"period {fill.p} is filled, but the rows of its {counted} words are gone")
 
     def complete(self, order: str = "p") -> str | None:
         """Return `describe_complete` for orbits that a length sorts or bounds, else None.

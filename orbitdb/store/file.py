@@ -36,6 +36,7 @@ from orbitdb.store.paths import (
     journal_files,
     journal_ids,
     journal_size,
+    refuse_links,
 )
 from orbitdb.store.sqlite import (
     ClosedError,
@@ -273,6 +274,7 @@ def open_to_write(path: Path, references: bool = True, create: bool = False) -> 
     """
     if path.exists() and not os.access(path, os.W_OK):
         raise read_only(path)  # SQLite would do so, too, but leave an empty journal
+    refuse_links(path)
     with _opening(path, uri_of(path, "rwc" if create else "rw")) as driver:
         driver.execute(f"PRAGMA page_size = {t.PAGE_SIZE}")  # for a new file; others keep their page size
         waiting(lambda: driver.execute("PRAGMA journal_mode = WAL"), path)
@@ -421,7 +423,17 @@ def finish(connection: sa.Connection, version: int) -> None:
 
 
 def upgrade(connection: sa.Connection) -> None:
-    """Run the missing revisions of an older catalogue."""
+    """Run the missing revisions of an older catalogue.
+
+    Raises `StoreError` if the file does not have the one revision that its schema version says.
+    """
+    version = pragma(driver_of(connection), "user_version")
+    revisions = connection.scalars(sa.select(t.revision.c.version_num)).all()
+    if revisions != [f"{version:04}"]:
+        raise StoreError(
+            f"{path_of(connection)} has schema {version}, but its table alembic_version says "
+            f"{', '.join(map(repr, revisions)) or 'nothing'}: restore a copy"
+        )
     from alembic import command
     from alembic.config import Config
 

@@ -33,6 +33,8 @@ def check_file(path: Path) -> int | None:
         raise StoreError(f"{path} is not an ordinary file: name another")
     if status.st_size == 0:
         return None
+    if status.st_size == 1:  # SQLite would take it for an empty file
+        raise StoreError(f"{path} is not an orbitdb catalogue: name another file")
     version, application, empty = _marks(path)
     if empty:
         return None  # a database without tables, because its creation was interrupted

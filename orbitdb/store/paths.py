@@ -5,10 +5,12 @@ This module does not import NumPy or SQLAlchemy, so that commands without a cata
 
 import os
 import re
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 from orbitdb.errors import InputError, StoreError
+from orbitdb.text import quoted
 
 
 def default_path() -> Path:
@@ -107,6 +109,17 @@ def journal_size(path: Path) -> int:
     """Return the size in bytes of a file's journal; 0 if it has none."""
     journal = file_id(journal_files(path)[0])
     return journal.size if journal else 0
+
+
+def refuse_links(path: Path) -> None:
+    """Raise `StoreError` if a file to write has another name: each name has a journal of its own."""
+    with suppress(OSError):
+        if path.stat().st_nlink > 1:
+            raise StoreError(
+                f"{path} has another name (a hard link, as 'cp -al' makes), and writing through two names "
+                f"destroys it: make it a file of its own with 'cp {quoted(path)} {quoted(f'{path}.new')} && "
+                f"mv {quoted(f'{path}.new')} {quoted(path)}'"
+            )
 
 
 def check_same_file(path: Path, opened: FileId | None, message: str) -> None:

@@ -1,5 +1,6 @@
 """What is stored, period by period: fills, sweeps, births; and how much there is at an a and in all."""
 
+import sqlite3
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
@@ -7,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 from sqlalchemy import ColumnElement, Connection, Table, distinct, func, select, true
-from sqlalchemy.exc import OperationalError
 
 from orbitdb.display import Record
+from orbitdb.errors import AlteredError
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store.selection import written_periods
@@ -75,12 +76,14 @@ class Fill(Record):
 def read_fills(connection: Connection, a: float) -> list[Fill]:
     """Return the fills at a given a, in order of period."""
     query = select(t.fill).where(t.at_a(t.fill, a)).order_by(t.fill.c.p)
-    return [_as_fill(dict(row)) for row in connection.execute(query).mappings()]
+    return [_as_fill(t.checked(t.fill, row)) for row in connection.execute(query).mappings()]
 
 
 def _as_fill(row: Mapping[str, Any]) -> Fill:
     pruned = tuple(row[f"rule_{number}"] for number in range(1, 7))
     names = (column.name for column in fields(Fill) if column.name != "pruned")
+    if row["state"] == DONE and row["n_c"] is None:
+        raise AlteredError(f"the fill of period {row['p']} is done, but has no counts")
     return Fill(pruned=pruned, **{name: row[name] for name in names})
 
 
@@ -179,7 +182,7 @@ class Sweep(Record):
 def read_sweeps(connection: Connection, a: float) -> list[Sweep]:
     """Return the sweeps at a given a, in order of period."""
     query = select(t.sweep).where(t.at_a(t.sweep, a)).order_by(t.sweep.c.p)
-    return [_as_sweep(dict(row)) for row in connection.execute(query).mappings()]
+    return [_as_sweep(t.checked(t.sweep, row)) for row in connection.execute(query).mappings()]
 
 
 def _as_sweep(row: Mapping[str, Any]) -> Sweep:
@@ -187,7 +190,8 @@ def _as_sweep(row: Mapping[str, Any]) -> Sweep:
     from orbitdb.orbits.exponents import Tally
 
     p, tally = row["p"], Tally(*(row[name] for name in TALLIED))
-    sums = PeriodSums.from_numbers(p, row["sums"] or b"") if row["state"] == DONE else None
+    with t.readable(f"the sweep of period {p}"):
+        sums = PeriodSums.from_numbers(p, row["sums"] or b"") if row["state"] == DONE else None
     return Sweep(p, row["state"], tally, row["blocks"], row["seconds"], row["processor"], sums)
 
 
@@ -240,7 +244,8 @@ class BirthFill(Record):
 def read_birth_fills(connection: Connection) -> list[BirthFill]:
     """Return how far births and deaths are stored, in order of period."""
     columns = [t.birth_fill.c[field.name] for field in fields(BirthFill)]
-    return [BirthFill(*row) for row in connection.execute(select(*columns).order_by(t.birth_fill.c.p))]
+    rows = connection.execute(select(*columns).order_by(t.birth_fill.c.p)).mappings()
+    return [BirthFill(**t.checked(t.birth_fill, row)) for row in rows]
 
 
 _MOVING = t.change.c.a > 0
@@ -338,7 +343,7 @@ def room(connection: Connection) -> dict[str, tuple[int, float | None]]:
     The bytes are None if there are no rows, or if SQLite was built without `dbstat`.
     """
     pages: dict[str, int] = {}
-    with suppress(OperationalError):
+    with suppress(sqlite3.OperationalError):
         sizes = connection.execute(select(_SIZES.c.name, _SIZES.c.pgsize).where(_SIZES.c.aggregate == 1))
         pages = dict(tuple(row) for row in sizes)
     rows = {}

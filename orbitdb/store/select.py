@@ -6,7 +6,7 @@ Geometrically pruned words have no class; they are found only if the selection n
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,7 +19,7 @@ from sqlalchemy.sql.base import ReadOnlyColumnCollection
 from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import IN_CATALOGUE, WRITTEN, kind_of
-from orbitdb.errors import AlteredError, DeletedError, check_text
+from orbitdb.errors import DeletedError, check_text
 from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
@@ -256,18 +256,10 @@ def _blocks(
             block = cursor.fetchmany(ROWS)
         if not block:
             return
-        with _readable(words.selection):
+        with t.readable(f"a row of {words.selection.describe()}"):
             read = dict(zip(listed, zip(*block, strict=True), strict=True))
             columns = [_column(connection, words.selection.a, name, read) for name in names]
         yield columns
-
-
-@contextmanager
-def _readable(selection: Selection) -> Iterator[None]:
-    try:
-        yield
-    except (LookupError, TypeError, ValueError) as error:
-        raise AlteredError(f"a row of {selection.describe()}") from error
 
 
 def _column(
@@ -343,7 +335,7 @@ def arrays_of(
     own = [*dict.fromkeys(["id", *(name for name in names if name not in shared)])]
     parts: list[list[NDArray[Any]]] = [[_as_array(name, ())] for name in own]
     for block in _blocks(connection, words, own, last=last, ids=ids):
-        with _readable(words.selection):
+        with t.readable(f"a row of {words.selection.describe()}"):
             for name, part, values in zip(own, parts, block, strict=True):
                 part.append(_as_array(name, values))
     found = {name: np.concatenate(part) for name, part in zip(own, parts, strict=True)}

@@ -27,6 +27,7 @@ from orbitdb.symbols.words import (
     parse,
     parse_primitive,
 )
+from orbitdb.text import gigabytes
 
 __all__ = ["ClosedError", "Connection"]  # of SQLAlchemy, for all that ask the store
 
@@ -218,6 +219,10 @@ _primitive, _symbols = lru_cache(_CACHED)(parse_primitive), lru_cache(_CACHED)(p
 # engines
 
 
+_STATEMENTS = 50
+"""Number of compiled statements that an engine keeps; one with an expression takes 0.2 MB."""
+
+
 def make_engine(
     creator: Callable[[], Driver], begin: str, pool: type[Pool], wrapped: bool = False
 ) -> sa.Engine:
@@ -234,7 +239,9 @@ def make_engine(
         Whether errors are SQLAlchemy's; by default they are the driver's, as where its cursors are read.
     """
     # without hide_parameters, the message of a failed insert would show pages of rows
-    engine = sa.create_engine("sqlite://", creator=creator, poolclass=pool, hide_parameters=True)
+    engine = sa.create_engine(
+        "sqlite://", creator=creator, poolclass=pool, hide_parameters=True, query_cache_size=_STATEMENTS
+    )
 
     def start(connection: sa.Connection) -> None:
         driver = driver_of(connection)
@@ -282,6 +289,8 @@ def store_error(path: Path, error: Exception) -> StoreError:
         journal = journal_files(path)[0]
         away = f"; remove {journal} before you copy" if journal_size(path) else ""
         return DamagedError(f"{path} is damaged: restore a copy, or move it away and fill a new one{away}")
+    if (limit := _of_limits(path, code)) is not None:
+        return StoreError(limit)
     if code in _REMEDIES:
         return StoreError(_REMEDIES[code].format(path=path))
     return StoreError(f"{path}: {error}")
@@ -295,6 +304,30 @@ def of_file(error: BaseException) -> bool:
 def read_only(path: Path) -> StoreError:
     """Return the error of a file that must not be written."""
     return StoreError(_REMEDIES[sqlite3.SQLITE_READONLY].format(path=path))
+
+
+def _of_limits(path: Path, code: int | None) -> str | None:
+    """Return what else keeps this process from opening or writing a file: a limit of the shell; or None."""
+    if os.name != "posix":
+        return None
+    import resource
+
+    if code == sqlite3.SQLITE_CANTOPEN:
+        try:
+            os.close(os.open(os.devnull, os.O_RDONLY))
+        except OSError:
+            most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+            return (
+                f"{path} cannot be opened: this process has {most} open files, all that 'ulimit -n' allows: "
+                "close some, or raise the limit"
+            )
+    most, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
+    if code in (sqlite3.SQLITE_IOERR, sqlite3.SQLITE_FULL) and most != resource.RLIM_INFINITY:
+        return (
+            f"{path} cannot grow, because 'ulimit -f' allows files of {gigabytes(most)}: raise the limit, "
+            "then run the same command again to continue"
+        )
+    return None
 
 
 def _code_of(error: BaseException) -> int | None:

@@ -36,7 +36,8 @@ def bounds_by_a(
     columns = (own.a, own.edges, own.lower, own.upper, own.windows, own.undecided, own.proof)
     found = (true() if arithmetic is None else own.proof == arithmetic, true() if a is None else own.a == a)
     query = select(*columns).where(*found).order_by(own.a, own.edges, own.proof)
-    stored = (EntropyBounds(*row) for row in connection.execute(query))
+    rows = (t.checked(t.entropy_bound, row) for row in connection.execute(query).mappings())
+    stored = (EntropyBounds(*row.values()) for row in rows)
     by_a = groupby(stored, key=lambda bounds: bounds.a)
     return [min(group, key=lambda bounds: (bounds.width, bounds.arithmetic)) for _, group in by_a]
 
@@ -54,7 +55,7 @@ def best_reference(connection: Connection, a: float) -> "Reference | None":
     columns = [own.c[field.name] for field in fields(Reference) if field.name != "a"]
     query = select(*columns).where(t.at_a(own, a)).order_by(own.c.lambda_d_error).limit(1)
     row = connection.execute(query).mappings().one_or_none()
-    return None if row is None else Reference(**{**row, "a": a, "seed": int(row["seed"])})
+    return None if row is None else Reference(**{**t.checked(own, row), "a": a, "seed": int(row["seed"])})
 
 
 def stored_levels(connection: Connection, a: float, parity: "Parity") -> "list[LevelWindow]":

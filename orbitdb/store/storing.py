@@ -264,7 +264,7 @@ def _blobs(coordinates: Floats, kept: Marks) -> list[bytearray | float]:
 def insert_new(connection: Connection, table: Table, columns: Mapping[str, Iterable[Any]]) -> None:
     """Insert rows, given as columns, directly through the driver; skip rows whose keys are already stored.
 
-    SQLAlchemy would take six times as long for rows as dicts. Raises `sqlalchemy.exc.IntegrityError` if a row
+    SQLAlchemy would take six times as long for rows as dicts. Raises `sqlite3.IntegrityError` if a row
     breaks any other constraint.
     """
     statement, names = _insertion(table, tuple(columns))

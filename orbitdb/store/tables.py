@@ -6,7 +6,8 @@ class and value of a. All tables are STRICT. A change of a table takes a revisio
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from itertools import count
 from typing import Any
 
@@ -23,6 +24,7 @@ from sqlalchemy import (
     LargeBinary,
     MetaData,
     PrimaryKeyConstraint,
+    RowMapping,
     String,
     Table,
     Text,
@@ -34,6 +36,7 @@ from sqlalchemy import (
     true,
 )
 
+from orbitdb.errors import AlteredError
 from orbitdb.symbols.words import MAX_KEYED, key
 
 APPLICATION_ID = 0x6F726264
@@ -344,6 +347,34 @@ revision = Table(
     PrimaryKeyConstraint("version_num", name="alembic_version_pkc"),
 )
 """The table in which Alembic keeps the revision of the file."""
+
+
+@contextmanager
+def readable(what: str) -> Iterator[None]:
+    """Turn the errors that damaged values cause into an `AlteredError` that names what was read."""
+    try:
+        yield
+    except (LookupError, TypeError, ValueError) as error:
+        raise AlteredError(what) from error
+
+
+def checked(table: Table, row: RowMapping) -> dict[str, Any]:
+    """Return a row as a dict, after a check that each value has a type that its column allows.
+
+    A flipped bit can make NULL, or a value of another type, of any value. Raises `AlteredError`.
+    """
+    for name, value in row.items():
+        column = table.c[name]
+        allowed = column.nullable if value is None else isinstance(value, _TYPES[column.type.__class__])
+        if not allowed:
+            raise AlteredError(f"{table.name}.{name} is {value!r:.40}")
+    return dict(row)
+
+
+_TYPES: dict[type[Any], tuple[type, ...]] = {
+    Integer: (int,), REAL: (int, float), Text: (str,), String: (str,), LargeBinary: (bytes,)
+}  # fmt: skip
+"""The types of Python's values in a column."""
 
 
 def at_a(table: FromClause, a: float | BindParameter[float]) -> ColumnElement[bool]:
