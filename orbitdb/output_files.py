@@ -195,7 +195,7 @@ def check_target(path: Path, replace: bool = True) -> None:
             return
         if not path.is_file():
             raise ExportError(f"{path} is a folder or a device: name a file")
-        belongs_to_sqlite = _is_database(path) or _is_journal(path)
+        belongs_to_sqlite = _is_database(path) or _begins_like_sqlite(path)
     except OSError as error:
         raise StoreError(f"{path} cannot be written ({error.strerror})") from error
     if belongs_to_sqlite:
@@ -223,14 +223,15 @@ def _is_database(path: Path) -> bool:
         return error.sqlite_errorcode != sqlite3.SQLITE_NOTADB
 
 
-def _is_journal(path: Path) -> bool:
-    """Tell whether a file that is no database is the journal or the write-ahead log of one."""
+def _begins_like_sqlite(path: Path) -> bool:
+    """Tell whether a file that SQLite cannot read is a journal, a write-ahead log or a damaged database."""
     with open(path, "rb") as file:
-        return file.read(8).startswith(_JOURNALS)
+        return file.read(len(_BEGINNINGS[0])).startswith(_BEGINNINGS)
 
 
-_JOURNALS = tuple(map(bytes.fromhex, ("d9d505f920a163d7", "377f0682", "377f0683")))
-"""What a journal or a write-ahead log begins with."""
+_JOURNALS = ("d9d505f920a163d7", "377f0682", "377f0683")
+_BEGINNINGS = (b"SQLite format 3\0", *map(bytes.fromhex, _JOURNALS))
+"""What an SQLite file, its journal or its write-ahead log begins with."""
 
 
 def check_space(path: Path, need: float, what: str) -> None:

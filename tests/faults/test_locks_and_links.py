@@ -64,7 +64,7 @@ def test_targets_are_told_apart_by_their_content(filled, tmp_path):
 WRITERS = [
     ("fill", "--p", "3", "--a", "1"),
     ("delete", "--a", "1.6", "--yes"),
-    ("sweep", "--p", "5"),
+    ("sweep", "--p", "9"),
     ("verify", "--prove"),
 ]
 
