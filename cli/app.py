@@ -70,8 +70,8 @@ _MODULES |= dict.fromkeys(("delete", "migrate"), "info")
 _OPTIONS = {
     "Catalogue": ("a", "db"),
     "Choose": (
-        "p", "status", "time_reversal", "symmetry", "contains", "without", "exists", "not_at", "bounds",
-        "where", "parameters",
+        "p", "status", "time_reversal", "symmetry", "contains", "without", "opening", "exists", "not_at",
+        "bounds", "where", "parameters",
     ),
     "Output": (
         "classes", "order", "limit", "offset", "columns", "by_bounce", "format_", "form", "json", "digits",

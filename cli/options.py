@@ -331,6 +331,7 @@ class SelectionOptions:
             help="Words that do not contain this sequence of symbols, in any rotation; repeatable.",
         ),
     ] = None
+    opening: Openings = None
     exists: Annotated[
         list[float] | None,
         number_option(
@@ -381,6 +382,7 @@ class SelectionOptions:
             exists=self.exists or (),
             not_at=self.not_at or (),
             without=self.without or (),
+            opening=self.opening or (),
             parameters=parameters,
         )
         return replace(chosen, ranges=parse_bounds(self.bounds or ()))

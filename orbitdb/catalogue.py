@@ -627,6 +627,8 @@ class Catalogue:
             As in `Selection`.
         without : str or iterable of str, optional
             Patterns of symbols that the words must not contain, read cyclically, such as ``"0202"``.
+        opening : str or iterable of str, optional
+            Intervals of the boundary in which the words must not have a bounce, such as ``"top:-0.3:0.3"``.
         exists, not_at : float or iterable of float, optional
             Values of ``a`` at which the words must be orbits, and at which they must not be.
         length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float, float), optional
@@ -1646,6 +1648,7 @@ class Catalogue:
                 f"choose a subset by criteria such as p=3 or a Selection, not {selection!r:.30}"
             )
         if selection is not None:
+            selection.check_opening()
             return selection
         named = criteria.copy()
         if named.get("a") is None:
@@ -1653,7 +1656,9 @@ class Catalogue:
         a: Any = named["a"]
         if isinstance(a, Iterable) and not isinstance(a, str):
             raise SelectionError("give one a here; rows, table, entropy and lyapunov take several")
-        return Selection.from_criteria(**named)
+        chosen = Selection.from_criteria(**named)
+        chosen.check_opening()
+        return chosen
 
     def _several(
         self,
@@ -1674,6 +1679,8 @@ class Catalogue:
             chosen = tuple(self._chosen(one, criteria, connection) for one in selection)
         if not chosen:
             raise SelectionError("give one a or more")
+        for one in chosen:
+            one.check_opening()
         return chosen
 
     def _at(self, a: float | None, connection: Connection | None = None) -> float:

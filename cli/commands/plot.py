@@ -82,7 +82,6 @@ def plot(
     ],
     code: options.Codes = None,
     a: options.StoredHalfLengths = None,
-    opening: options.Openings = None,
     choice: SelectionOptions,
     order: options.Order = "p",
     over_a: Annotated[
@@ -142,7 +141,7 @@ def plot(
             if figure.source == "catalogue":
                 made = _of_catalogue(figure, choice, given, k, values, a, db)
             elif figure.source == "opening":
-                made = _of_opening(figure, opening, choice.without, a, db)
+                made = _of_opening(figure, choice, a, db)
             elif figure.source == "wave":
                 made = _of_wave(figure, codes, k, given, a, db)
             else:
@@ -276,12 +275,11 @@ def _of_wave(
     return _draw(figure, {}, nearest_wave(at, near, parity), orbit)
 
 
-def _of_opening(
-    figure: Figure, opening: list[str] | None, without: list[str] | None, a: Asked, db: Path
-) -> "Picture":
+def _of_opening(figure: Figure, choice: SelectionOptions, a: Asked, db: Path) -> "Picture":
     """Draw what escapes from an open stadium, as it is stored or computed on the spot."""
+    ways = choice.opening or (), choice.without or ()
     with solving(db, a) as (catalogue, (at,)):
-        return _draw(figure, {}, catalogue.escape(opening or (), without or (), a=at, jobs=None, store=False))
+        return _draw(figure, {}, catalogue.escape(*ways, a=at, jobs=None, store=False))
 
 
 def _of_words(figure: Figure, codes: Sequence[str], values: dict[str, Any], a: Asked, db: Path) -> "Picture":

@@ -15,7 +15,7 @@ import numpy as np
 from orbitdb.arrays import Integers
 from orbitdb.errors import AlteredError, InputError, NotStoredError
 from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.lives import counts_at
 from orbitdb.store.lookup import WITH_ORBITS, a_values, default_among
 from orbitdb.store.periods import Fill, Sweep, read_birth_fills, read_fills, read_pruned_fills, read_sweeps
@@ -151,7 +151,7 @@ class Coverage:
         Periods counted from sweeps or births are complete, but get a line, too. Set `left_out` if the result
         leaves out partial periods.
         """
-        lines = [self._pruned_not_stored()]
+        lines = [self._pruned_not_stored(), self._without_bounces()]
         if self.chosen.statuses != (Status.GEOMETRIC,):  # fills do not store these words
             counted = {*swept, *from_births}
             lines.append(self._counted(swept, "counted by a sweep, without stored rows"))
@@ -267,6 +267,12 @@ class Coverage:
             f"geometrically pruned words of {written_periods(periods)} are not{every} stored (there "
             f"{'are' if total > 1 else 'is'} {total:,}): 'orbitdb fill --p {named} --geometric' stores them"
         )
+
+    def _without_bounces(self) -> str | None:
+        """Return a line that says that an opening leaves out words that are no orbits, or None."""
+        if not self.chosen.opening or set(self.chosen.statuses or Status) <= {*EXISTING}:
+            return None
+        return "words that are no orbits have no bounces, so the opening leaves them out"
 
     def lacking_births(self, names: Sequence[str] = (), order: str = "p") -> str | None:
         """Return a line that names the filled periods whose births are needed but not stored, or None."""

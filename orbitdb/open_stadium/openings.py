@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from orbitdb.billiard.stadium import HALF_PI, Stadium
 from orbitdb.errors import InputError
+from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
 from orbitdb.text import format_float
 
 WALLS = ("top", "bottom", "left", "right")
@@ -125,6 +126,32 @@ def _width(spans: Iterable[Span]) -> float:
 def measure(stadium: Stadium, openings: Iterable[Opening]) -> float:
     """Return the share of the perimeter that is open, mu."""
     return sum(map(_width, spans_on(stadium, openings).values())) / stadium.perimeter
+
+
+_WALL_OF = {"0": "bottom", "2": "top", "1": "left", "4": "left", "3": "right", "5": "right"}
+_MIRRORED = {MIRROR_X: {"left": "right", "right": "left"}, MIRROR_Y: {"top": "bottom", "bottom": "top"}}
+
+
+def elements_through(word: str, coordinates: Iterable[float], openings: Iterable[Opening]) -> int:
+    """Return the elements (bits) that lead from an orbit to images with a bounce in an opening.
+
+    Instead of the orbit, the openings are mirrored. Time reversal leaves the bounces where they are.
+    """
+    bounces = [(_WALL_OF[symbol], place) for symbol, place in zip(word, coordinates, strict=True)]
+    found, images = 0, {0: [*openings]}
+    for mirror in (MIRROR_X, MIRROR_Y):
+        images |= {held | mirror: [_mirrored(mirror, one) for one in own] for held, own in images.items()}
+    for element, spans in images.items():
+        if any(low <= place <= high for wall, low, high in spans for at, place in bounces if at == wall):
+            found |= 1 << element | 1 << (element | REVERSE)
+    return found
+
+
+def _mirrored(mirror: int, opening: Opening) -> Opening:
+    """Return the image of an opening under one of the two mirrors."""
+    wall, low, high = opening
+    walls = _MIRRORED[mirror]
+    return Opening(walls[wall], low, high) if wall in walls else Opening(wall, -high, -low)
 
 
 def rest(spans: Iterable[Span], end: float) -> list[Span]:

@@ -414,6 +414,8 @@ def conditions_of(selection: Selection, view: FromClause) -> list[ColumnElement[
         if len(selection.contains) <= _LONGEST_PATTERN and "id" not in own:
             found.append(own.cycle.in_(select(t.cycle.c.id).where(_needed_symbols(selection.contains))))
     found += [sa.not_(_has(own, pattern)) for pattern in selection.without]
+    if selection.opening:
+        found.append(sa.false() if "id" in own else _avoids(selection, view))
     if selection.where is not None:
         found.append(type_coerce(expression(selection.where, selection.parameters), Boolean))
     return found
@@ -427,6 +429,17 @@ def _has(own: ReadOnlyColumnCollection[str, Any], pattern: str) -> ColumnElement
     inside = func.instr(own.code.concat(own.code), pattern) > 0
     found = func.iif(own.p >= len(pattern) - 1, inside, func.contains(own.code, pattern))
     return type_coerce(found, Boolean)
+
+
+def _avoids(selection: Selection, view: FromClause) -> ColumnElement[bool]:
+    """Return the condition that a word has bounces, and none of them in an opening."""
+    own, cycle = t.orbit.c, t.cycle.c
+    selection.check_opening()
+    texts = " ".join(map(str, selection.opening))
+    found = func.elements_through(cycle.word.concat(""), own.coordinates, texts, type_=sa.Integer)
+    this = t.at_a(t.orbit, selection.a), own.cycle == view.c.cycle, cycle.id == view.c.cycle
+    mask = select(found).where(*this).correlate(view).scalar_subquery()
+    return mask.bitwise_rshift(view.c.element).bitwise_and(1) == 0
 
 
 def _lives_at(view: FromClause, a: float) -> ColumnElement[Any]:
@@ -450,7 +463,7 @@ def is_of_classes(selection: Selection) -> bool:
     Raises `SelectionError` if the expression of the selection is invalid.
     """
     by_class = selection.where is None or check(selection.where, selection.parameters).of_classes
-    return by_class and selection.contains is None and not selection.without
+    return by_class and selection.contains is None and not (selection.without or selection.opening)
 
 
 def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:

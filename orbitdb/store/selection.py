@@ -13,6 +13,7 @@ from typing import Any, TypeAlias, TypedDict, TypeVar, Unpack
 from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError, check_text
+from orbitdb.open_stadium.openings import Opening, parse_openings, spans_on
 from orbitdb.orbits.status import STORED, Status
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.symmetry import NAMES, label, smallest_group
@@ -57,6 +58,9 @@ class Selection:
         Consecutive symbols of the word, read cyclically.
     without : tuple of str
         Patterns of consecutive symbols that the word must not contain, read cyclically.
+    opening : tuple of Opening
+        Intervals of the boundary in which the word must not have a bounce; words that are no orbits have none
+        at all, and are left out.
     exists, not_at : tuple of float
         Values of a at which the word must be an orbit, and at which it must not be, judged by its births.
     ranges : mapping of str to (float or None, float or None)
@@ -74,6 +78,7 @@ class Selection:
     symmetry: str | None = None
     contains: str | None = None
     without: tuple[str, ...] = ()
+    opening: tuple[Opening, ...] = ()
     exists: tuple[float, ...] = ()
     not_at: tuple[float, ...] = ()
     ranges: Mapping[str, Bounds] = field(default_factory=dict, hash=False)
@@ -111,12 +116,17 @@ class Selection:
             symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
             contains=parse(given["contains"]) if "contains" in given else None,
             without=_each(given, "without", parse),
+            opening=parse_openings(given.get("opening", ())),
             exists=_each(given, "exists", _half_length),
             not_at=_each(given, "not_at", _half_length),
             ranges={name: bounds for name, bounds in ranges.items() if bounds != (None, None)},
             where=where,
             parameters=parameters,
         )
+
+    def check_opening(self) -> None:
+        """Raise `OpeningError` if an opening does not fit on the boundary at this a."""
+        spans_on(Stadium(self.a), self.opening)
 
     def includes(self, p: int) -> bool:
         """Tell whether the subset can contain words of a given period."""
@@ -145,6 +155,8 @@ class Selection:
             parts.append(f"containing {shortened(self.contains, 60)}")
         if self.without:
             parts.append(f"without {' or '.join(shortened(pattern, 60) for pattern in self.without)}")
+        if self.opening:
+            parts.append(f"without a bounce in {' or '.join(map(str, self.opening))}")
         if self.exists or self.not_at:
             lists = (("", self.exists), ("not " if self.exists else "", self.not_at))
             spans = [f"{no}at a = {', '.join(map(format_float, values))}" for no, values in lists if values]
@@ -232,6 +244,7 @@ class Criteria(TypedDict, total=False):
     symmetry: str | None
     contains: str | None
     without: str | Iterable[str] | None
+    opening: str | Opening | Iterable[str | Opening] | None
     exists: float | Iterable[float]
     not_at: float | Iterable[float]
     where: str | None

@@ -5,6 +5,7 @@ import os
 import sqlite3
 import time
 import weakref
+from array import array
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, lru_cache, partial
@@ -18,6 +19,7 @@ from sqlalchemy.exc import ResourceClosedError as ClosedError
 from sqlalchemy.pool import Pool
 
 from orbitdb.errors import DamagedError, StoreError
+from orbitdb.open_stadium.openings import Opening, elements_through, parse_openings
 from orbitdb.store.paths import FileId, journal_files, journal_size
 from orbitdb.symbols.words import (
     SYMBOLS,
@@ -178,6 +180,7 @@ def add_word_functions(driver: Driver, strict: bool = False) -> None:
     """
     driver.create_function("code", 1, partial(_code, driver, strict), deterministic=True)
     driver.create_function("contains", 2, partial(_contains, driver, strict), deterministic=True)
+    driver.create_function("elements_through", 3, _elements_through, deterministic=True)
 
 
 def _code(driver: Driver, strict: bool, word: object) -> str | None:
@@ -210,10 +213,26 @@ def _word(driver: Driver, strict: bool, value: object, parsed: Callable[[str], s
         raise driver.failure from error
 
 
+def _elements_through(word: str, coordinates: bytes | None, openings: str) -> int | None:
+    """Return the elements (bits) whose images of an orbit bounce in an opening; NULL without coordinates."""
+    return None if coordinates is None else _through(word, coordinates, openings)
+
+
 _CACHED = 64
 """Number of words and of patterns whose symbols are kept."""
 
 _primitive, _symbols = lru_cache(_CACHED)(parse_primitive), lru_cache(_CACHED)(parse)
+
+
+@lru_cache(_CACHED)
+def _through(word: str, coordinates: bytes, openings: str) -> int:
+    """Compute the elements once a class, whose words follow one another."""
+    return elements_through(word, array("d", coordinates), _openings(openings))
+
+
+@lru_cache(_CACHED)
+def _openings(texts: str) -> tuple[Opening, ...]:
+    return parse_openings(texts.split())
 
 
 # engines
@@ -351,5 +370,7 @@ _REMEDIES = {
 }
 """What each result code means, and what to do."""
 
-_SIGNS_OF_DAMAGE = ("decode to UTF-8", "no such table", "no such column")
+_SIGNS_OF_DAMAGE = (
+    "decode to UTF-8", "no such table", "no such column", "user-defined function raised exception",
+)  # fmt: skip
 """Parts of the messages of other errors that damage causes."""

@@ -172,9 +172,9 @@ def options(criteria):
     listed = [("--range", f"{name}={text}") for name, text in texts.items()]
     for name, option in (("exists", "--exists"), ("not_at", "--not-at")):
         listed += [(option, str(a)) for a in criteria.get(name, ())]
-    listed += [("--without", pattern) for pattern in criteria.get("without", ())]
+    listed += [(f"--{name}", text) for name in ("without", "opening") for text in criteria.get(name, ())]
     named = {"time_reversal": "--time-reversal"}
-    plain = set(criteria) - {*spans, "exists", "not_at", "without"}
+    plain = set(criteria) - {*spans, "exists", "not_at", "without", "opening"}
     listed += [(named.get(name, f"--{name}"), str(criteria[name])) for name in sorted(plain)]
     return [text for pair in listed for text in pair]
 

@@ -136,10 +136,23 @@ def _tests(
     endless = row["code"] * 20
     yield criteria.get("contains", "") in endless
     yield not any(pattern in endless for pattern in criteria.get("without", ()))
+    if criteria.get("opening"):
+        yield row["coordinates"] is not None and not _bounces_in(row, criteria["opening"])
     yield all(lives(row, a) for a in criteria.get("exists", ()))
     yield all(row["changes"] and not lives(row, a) for a in criteria.get("not_at", ()))
     yield from (_within(row[name], *_pair(criteria[name])) for name in RANGES if name in criteria)
     yield where is None or bool(where(row))
+
+
+def _bounces_in(row: Row, openings: list[str]) -> bool:
+    """Tell whether a word has a bounce in an interval of the boundary."""
+    walls = {"top": "2", "bottom": "0", "left": "14", "right": "35"}
+    for opening in openings:
+        wall, low, high = opening.split(":")
+        for symbol, place in zip(row["code"], row["coordinates"], strict=True):
+            if symbol in walls[wall] and float(low or "-inf") <= place <= float(high or "inf"):
+                return True
+    return False
 
 
 RANGES = ("length", "lambda_c", "margin", "born", "walls", "quarter_length")

@@ -71,6 +71,7 @@ CRITERIA = st.fixed_dictionaries(
         "time_reversal": st.sampled_from(["self", "pair"]),
         "symmetry": st.sampled_from(["1", "T", "x,T,xT"]),
         "contains": st.sampled_from(["13", "44", "131013", "31202131", "3131313131313131"]),
+        "opening": st.sampled_from([["top:-0.3:0.3"], ["left:0.2:1"], ["bottom::0", "right:-0.1:0.1"]]),
         "without": st.sampled_from([["13"], ["02", "44"], ["31202131"], ["3131313131313131"]]),
         "exists": st.sampled_from([(0.8,), (0.3, 2.0)]),
         "not_at": st.just((0.2,)),
