@@ -75,6 +75,21 @@ def test_rows_have_the_areas_of_their_words(filled):
         assert catalogue[orbit.reverse().code].area == orbit.reverse().area
 
 
+def test_the_area_has_the_sign_of_the_way_in_which_a_stored_word_is_asked_for(filled):
+    """As any rotation of any image, alone and among others; its own points run that way."""
+    catalogue = Catalogue(filled)
+    for stored in ("013", "01123", "0103155"):
+        images = [image.code for image in catalogue[stored].images()]
+        forms = [code[n:] + code[:n] for code in images for n in range(len(stored))]
+        for found, form in zip(catalogue.find(forms), forms, strict=True):
+            orbit = there(found)
+            x, y = there(orbit.points).T
+            polygon = float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()) / 2
+            assert abs(there(orbit.area)) > 0.1
+            assert polygon == pytest.approx(there(orbit.area), abs=1e-12)
+            assert catalogue[form].area == orbit.area
+
+
 @pytest.mark.parametrize("where", [None, "code LIKE '%3'"])
 def test_representatives_are_sorted_by_their_own_area(filled, where):
     catalogue = Catalogue(filled, a=1.6)

@@ -144,6 +144,18 @@ def test_any_trajectory_obeys_the_law_of_reflection_at_every_bounce(a, seed):
     assert np.all(np.abs(path.x[~curved]) <= stadium.a)
 
 
+@pytest.mark.parametrize("word", ["01112555", "011255", "111333"])
+def test_the_first_run_has_its_sense_wherever_in_it_a_trajectory_starts(word):
+    """Before its last bounce, too: only the bounce before the start tells whether the run goes up or down."""
+    for orbit in there(solve_word(word, 1.6)).images():
+        points, code = there(orbit.points), orbit.code
+        for last in range(orbit.p):
+            step = points[last] - points[last - 1]
+            x, y = ((points[last] + points[last - 1]) / 2).tolist()
+            path = trajectory(1.6, x, y, math.atan2(step[1], step[0]), bounces=orbit.p)
+            assert to_strings(path.symbol[None])[0] == code[last:] + code[:last], (code, last)
+
+
 def test_a_trajectory_along_an_orbit_has_its_bounces_and_symbols():
     orbit = there(solve_word("1232131", 1.6))
     points = there(orbit.points)
