@@ -1,6 +1,7 @@
 """Sphinx configuration; build the documentation with ``sphinx-build -W --keep-going -b html docs BUILD``."""
 
 import sys
+import tempfile
 from pathlib import Path
 
 from sphinx.application import Sphinx
@@ -68,6 +69,17 @@ copybutton_only_copy_prompt_lines = True
 copybutton_line_continuation_character = "\\"
 
 
+def write_atlas(app: Sphinx, error: Exception | None) -> None:
+    """Write the atlas that the gallery links to."""
+    if error is None and app.builder.name == "html":
+        with tempfile.TemporaryDirectory() as folder:
+            catalogue = orbitdb.Catalogue.create(Path(folder) / "orbits.db", a=1.6)
+            catalogue.fill(9)
+            catalogue.fill_births(9)
+            catalogue.atlas(Path(app.outdir) / "atlas.html", force=True)
+
+
 def setup(app: Sphinx) -> None:
     """Let `program` fill in the parts of the pages that come from the program itself."""
     app.connect("source-read", program.fill_in)
+    app.connect("build-finished", write_atlas)

@@ -775,6 +775,57 @@ class Catalogue:
             chosen = self._several(selection, criteria, connection)
             return write_dataset(connection, as_path(folder), chosen, force, tell)
 
+    @with_criteria
+    def atlas(
+        self,
+        path: Path | str,
+        selection: "Selection | Sequence[Selection] | None" = None,
+        *,
+        order: str = "length",
+        limit: int | None = None,
+        force: bool = False,
+        **criteria: Unpack[Criteria],
+    ) -> int:
+        """Write chosen classes of orbits as a web page; return their number.
+
+        The page is one file that opens in any browser, without a server or the network. It has a table of the
+        classes, a scatter plot of any two columns, the picture and the facts of the orbit that you click, its
+        bounces in the symbol plane, and where all this comes from. Without classes, nothing is written.
+
+        Parameters
+        ----------
+        path : path-like
+            A file whose name ends in .html.
+        selection : Selection, optional
+            The subset, at one a; you can give criteria instead. Only orbits are shown.
+        order : str, optional
+            As in `rows`.
+        limit : int, optional
+            Maximum number of classes.
+        force : bool, optional
+            Whether to replace an existing file.
+
+        Raises
+        ------
+        InputError
+            For several a, statuses other than ``orbit``, or too many classes.
+        ModuleNotFoundError
+            If Bokeh, of the extra ``atlas``, is not installed.
+        """
+        from orbitdb.answers.atlas import only_orbits, write_atlas
+        from orbitdb.answers.dataset import made_by
+        from orbitdb.output_files import check_target
+
+        page = home_expanded(path)
+        check_target(page, force)
+        with self.snapshot() as then, then._reading() as connection:
+            chosen = only_orbits(then._several(selection, criteria, connection))
+            subset = then.select(chosen, order=order, limit=limit, coordinates=True, classes=True)
+            rows = then.rows(chosen, order=order, limit=limit, classes=True)
+            if not len(subset):
+                return 0
+            return write_atlas(page, subset, {**rows.provenance(), "made_by": made_by(connection)})
+
     def copy(self, target: Path | str, *, force: bool = False) -> None:
         """Copy the whole catalogue to a new file, as it is at this moment, even while others write to it.
 

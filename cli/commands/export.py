@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -28,6 +28,7 @@ EXAMPLES = (
     "export bounces.parquet --p 5 --status orbit --by-bounce",
     "export --format jsonl --p 11 --status orbit | jq .length",
     "export stadium-data --dataset --p 2-11",
+    "export atlas.html --p 2-9",
     "export copy.db",
 )
 AFTERWORD = "'orbitdb columns' explains the columns."
@@ -35,6 +36,8 @@ _BETWEEN_TELLING = 1000
 _PLACED = ("a", "code", "coordinates")
 COPY = ".db"
 """How the name of a copy of the whole catalogue ends."""
+PAGE = ".html"
+"""How the name of an atlas ends."""
 
 
 def export(
@@ -45,7 +48,7 @@ def export(
         typer.Argument(
             metavar="[FILE]",
             parser=options.read_path,
-            help="Name ending in .csv, .tsv, .json, .jsonl, .parquet or .db; none or - writes to stdout.",
+            help="Name ending in .csv, .tsv, .json, .jsonl, .parquet, .html or .db; none or -: stdout.",
         ),
     ] = None,
     a: options.StoredHalfLengths = None,
@@ -74,7 +77,8 @@ def export(
     Package, version 2. It contains the chosen words of every completely filled period, with coordinates,
     at every stored a unless you name some; its classes, births, counts, averages, bounds and levels are not
     limited to these words. A name ending in .db makes a copy of the whole catalogue, as it is at one moment,
-    even while other commands write to it.
+    even while other commands write to it. A name ending in .html makes an atlas: a page with the chosen
+    orbits, one row for each class, that opens in any browser.
     """
     from orbitdb import output_files as files
 
@@ -88,6 +92,13 @@ def export(
             context, f"with {file.name}, which is a copy of the whole catalogue", "file", "form"
         )
         _copy(file, force, db)
+        return
+    if file is not None and file.suffix.lower() == PAGE:
+        choosing = (field.name for field in fields(SelectionOptions))
+        options.takes_only(
+            context, f"with {file.name}, which is an atlas", "file", "a", "order", "limit", "form", *choosing
+        )
+        _write_atlas(file, a, choice, order, limit, force, db)
         return
     if file is None or file == files.STDOUT:
         options.refuse_idle(context, "on stdout", "force")
@@ -141,6 +152,29 @@ def _copy(file: Path, force: bool, db: Path) -> None:
     with progress("copying"), Catalogue(db) as catalogue:
         catalogue.copy(file, force=force)
     note(f"{gigabytes(file.stat().st_size)} copied from {db}, in {file}")
+
+
+def _write_atlas(
+    file: Path,
+    a: Sequence[GivenValues] | None,
+    choice: SelectionOptions,
+    order: str,
+    limit: int | None,
+    force: bool,
+    db: Path,
+) -> None:
+    """Write the chosen orbits as a page for browsers, and say what is missing; without any, exit."""
+    from orbitdb.orbits.status import Status
+
+    with snapshot(db, a, choice) as (catalogue, selections), progress("atlas"):
+        count = catalogue.atlas(file, selections, order=order, limit=limit, force=force)
+        orbits = [replace(chosen, statuses=(Status.ORBIT,)) for chosen in selections]
+        listing = catalogue.rows(orbits, order=order, limit=limit, classes=True)
+        said, absent, subject = listing.notes, listing.absent, listing.describe()
+    notes(f"{text}: nothing is written" if text in absent else text for text in said)
+    if not count:
+        raise typer.Exit(1)
+    note(f"{several(count, 'class', 'classes')} written: {subject}, in {file}")
 
 
 def _write_dataset(

@@ -43,6 +43,12 @@ from orbitdb.store.sqlite import Connection
 from orbitdb.store.stored_values import best_reference, stored_escapes, stored_levels, tightest_bounds
 from orbitdb.text import format_float
 
+CITE = (
+    "The project has no authors' names, address or DOI yet. Until then, cite O. Biham and M. Kvale, Phys. "
+    "Rev. A 46, 6334 (1992), and orbitdb with its version, its commit if you have it, and the selection."
+)
+"""What to cite, and why."""
+
 PACKAGE = "datapackage.json"
 _NAME = "stadium-orbits"
 _PROFILES = "https://datapackage.org/profiles/2.0/"
@@ -178,7 +184,8 @@ def _write_texts(draft: Path, selection: str, version: str) -> list[Resource]:
     """Write the README, the licence and the citation; return the descriptions of the files."""
     for name in _TEXTS:
         text = (files(__package__) / f"dataset-{name}").read_text(encoding="utf-8")
-        for mark, value in (("SELECTION", selection), ("VERSION", version), ("PROGRAM", __version__)):
+        marks = {"SELECTION": selection, "VERSION": version, "PROGRAM": __version__, "CITE": CITE}
+        for mark, value in marks.items():
             text = text.replace(f"@{mark}@", value)
         (draft / name).write_text(text, encoding="utf-8")
     return [_file(draft, name) for name in _TEXTS]
@@ -299,11 +306,15 @@ def _package(
         "licenses": [{"name": "CC-BY-4.0", "title": "Creative Commons Attribution 4.0", "path": licence}],
         "sources": [{"title": "O. Biham and M. Kvale, Phys. Rev. A 46, 6334 (1992)"}],
         "contributors": [{"title": "The orbitdb founders", "roles": ["creator"]}],
-        "made_by": [
-            {"orbitdb": version} | json.loads(parameters) for version, parameters in runs(connection)
-        ],
+        "cite": CITE,
+        "made_by": made_by(connection),
         "resources": resources,
     }
+
+
+def made_by(connection: Connection) -> list[dict[str, Any]]:
+    """Return the runs that made the data of a catalogue, each with its version, command and parameters."""
+    return [{"orbitdb": version} | json.loads(parameters) for version, parameters in runs(connection)]
 
 
 def _check(folder: Path, force: bool, need: int) -> None:
