@@ -91,6 +91,12 @@ OF_WORDS = [
            "Maslov index of one traversal in the quarter stadium x, y >= 0; maslov/2 if the column half has "
            "a value, otherwise maslov. Bounces on the axes do not count: they give the sign of the parity",
            empty=PRUNED),
+    Column("quarter_signs", "integers",
+           "signs of one traversal in the quarter stadium for the parities ee, eo, oe and oo, in this order; "
+           "the column half is the symmetry that gives them", empty=PRUNED, written=False),
+    Column("quarter_orientations", "integer",
+           "number of ways to traverse the orbit in the quarter stadium; 1 if it retraces its path there, "
+           "otherwise 2. For the word 13, which lies on an axis, 1", empty=PRUNED, written=False),
     Column("rules", "integers",
            "numbers of the geometric rules that the word breaks; comma-separated text in SQL, a list in JSON "
            "and in files", empty="unless geometrically pruned"),
@@ -151,6 +157,9 @@ COMPUTED = [
            "derivative of the enclosed area in the curvature kappa of the path, at kappa = 0; in a weak "
            "magnetic field, the action is S = L - kappa area - kappa^2 area_slope / 2. It is computed when "
            "rows are read, so --where and --order cannot use it", "radius^3", "", NO_ORBIT),
+    Column("reverse", "text",
+           "the time-reversed word, written as its least rotation; the code itself if the orbit retraces its "
+           "path. It is computed when rows are read, so --where and --order cannot use it", written=False),
     Column("words", "integer",
            "number of words of the class that fulfil the conditions; with --classes, where a row stands for "
            "them, otherwise 1", written=False),

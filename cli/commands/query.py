@@ -50,7 +50,7 @@ EXAMPLES = {
 WORD_KEYS = (*WRITTEN, "coordinates", "stored", "exists")
 """Keys shown for a word that is asked for by its code."""
 
-OF_A_WORD = (*WORD_KEYS, "walls", "born", "dies")
+OF_A_WORD = (*WORD_KEYS, "walls", "born", "dies", "reverse", "quarter_signs", "quarter_orientations")
 """Columns that -c accepts for a word, stored or not."""
 
 OF_LIVES = {"exists", "born", "dies"}
@@ -175,6 +175,8 @@ def _show_bounces(keys: Sequence[str], orbits: "Sequence[Orbit]", many: bool, ou
 
 def _value(orbit: "Orbit", key: str, output: Output | None = None) -> Any:
     """Return the value of a key for a word; with `output`, in the form that its format needs."""
+    from orbitdb.symbols.words import least_rotation
+
     match key:
         case "exists" if orbit.exists is not None and output is not None:
             from orbitdb.cli.orbit_facts import lives_text
@@ -184,6 +186,8 @@ def _value(orbit: "Orbit", key: str, output: Output | None = None) -> Any:
             return dumps(orbit.exists) if output.form in (Format.CSV, Format.TSV) else orbit.exists
         case "coordinates":
             return None if orbit.coordinates is None else orbit.coordinates.tolist()
+        case "reverse":
+            return least_rotation(orbit.reverse().code)
         case "walls":
             return orbit.walls if orbit.class_size else None
         case "born":

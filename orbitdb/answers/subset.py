@@ -26,7 +26,7 @@ from orbitdb.store.select import COORDINATES, WORDS, coordinates_of
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.sqlite import Connection
 from orbitdb.symbols.pruning import rules_of
-from orbitdb.symbols.symmetry import half_of
+from orbitdb.symbols.symmetry import AXIS, QUARTER_SIGNS, half_of
 from orbitdb.symbols.words import WordError, from_strings, key, least_rotation, parse
 from orbitdb.text import several
 
@@ -227,6 +227,16 @@ class Subset(Table, Drawn):
     def quarter_maslov(self) -> Integers:
         """Maslov indices of one traversal in the quarter stadium, shape (N,)."""
         return self.maslov // self._parts
+
+    @property
+    def quarter_signs(self) -> Integers:
+        """Signs of one traversal in the quarter for the parities ee, eo, oe and oo, shape (N, 4)."""
+        return np.array([QUARTER_SIGNS[half or None] for half in self.half.tolist()], np.int64).reshape(-1, 4)
+
+    @property
+    def quarter_orientations(self) -> Integers:
+        """Numbers of ways to traverse the orbits in the quarter (1 or 2), shape (N,)."""
+        return np.where(self.representative == AXIS, 1, self.class_size * self._parts // 4)
 
     @property
     def _parts(self) -> Integers:

@@ -18,7 +18,9 @@ from orbitdb.orbits.status import Status
 from orbitdb.symbols.plane import symbol_plane
 from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import (
+    AXIS,
     ELEMENT_OF,
+    QUARTER_SIGNS,
     REVERSE,
     STABILISER_OF,
     act_on_areas,
@@ -163,6 +165,21 @@ class Orbit(Drawn):
     def quarter_maslov(self) -> int | None:
         """Maslov index of one traversal in the quarter stadium: `maslov` / 2 if there is a `half`."""
         return None if self.maslov is None else self.maslov // (2 if self.half else 1)
+
+    @property
+    def quarter_signs(self) -> list[int] | None:
+        """Signs of one traversal in the quarter stadium for the parities ee, eo, oe and oo."""
+        return None if self.class_size is None else list(QUARTER_SIGNS[self.half])
+
+    @property
+    def quarter_orientations(self) -> int | None:
+        """Number of ways to traverse the orbit in the quarter stadium: 1 if it retraces its path there, or 2.
+
+        It is 1 for the word 13, which lies on an axis.
+        """
+        if self.class_size is None or self.representative == AXIS:
+            return self.class_size
+        return self.class_size * (2 if self.half else 1) // 4
 
     @property
     def lambda_d(self) -> float | None:

@@ -30,21 +30,24 @@ from orbitdb.store.sqlite import cursor_of, driver_of, never
 from orbitdb.store.where import CancelledError, Patience, check, expression, watched
 from orbitdb.symbols.symmetry import (
     ELEMENT_OF,
+    REVERSE,
     SIZES,
     STABILISER_OF,
     class_of,
     image_coordinates,
+    images_of,
     images_of_pattern,
 )
-from orbitdb.symbols.words import from_strings
+from orbitdb.symbols.words import from_strings, least_rotation
 
 VIEWED = tuple(column.name for column in IN_CATALOGUE)
 """The columns of the view ``catalogue``."""
 
 WORDS = "words"
-COORDINATES, AREA_SLOPE = "coordinates", "area_slope"
-COLUMNS = (*VIEWED, WORDS, COORDINATES, AREA_SLOPE)
-"""The columns that can be read: those of the view, the number of chosen words, and two computed ones."""
+COORDINATES, AREA_SLOPE, REVERSED = "coordinates", "area_slope", "reverse"
+_COMPUTED = (COORDINATES, AREA_SLOPE, REVERSED)
+COLUMNS = (*VIEWED, WORDS, *_COMPUTED)
+"""The columns that can be read: those of the view, the number of chosen words, and computed ones."""
 
 ROWS = 1 << 12
 """Number of rows that are fetched at once."""
@@ -240,7 +243,7 @@ def _blocks(
     ids: Integers | None = None,
 ) -> Iterator[list[Sequence[Any]]]:
     """Yield the named columns of rows first .. last - 1, among those with some ids, in blocks of rows."""
-    computed = [name for name in names if name in (COORDINATES, AREA_SLOPE)]
+    computed = [name for name in names if name in _COMPUTED]
     listed = dict.fromkeys([*(name for name in names if name not in computed), *(_KEYS if computed else ())])
     rows, driver = words.rows([*listed], ids), driver_of(connection)
     query = select(*(rows.c[name] for name in listed)).order_by(*words.sorting(connection, rows))
@@ -272,8 +275,11 @@ def _column(
         return [None if np.isnan(part[0]) else part.tolist() for part in parts]
     if name == AREA_SLOPE:
         return [None if slope != slope else slope for slope in _area_slopes(connection, a, read)]
-    if name == "rules":
-        return [[int(rule) for rule in text.split(",")] if text else [] for text in read[name]]
+    if name == REVERSED:
+        return [least_rotation(images_of(code)[REVERSE]) for code in read["code"]]
+    if kind_of(name) == "integers":
+        none: list[int] | None = [] if name == "rules" else None
+        return [[int(part) for part in text.split(",")] if text else none for text in read[name]]
     return read[name]
 
 

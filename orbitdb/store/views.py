@@ -30,7 +30,7 @@ from sqlalchemy.schema import CreateView, DropView
 
 from orbitdb.orbits.orbit import error_of_quotient
 from orbitdb.store import tables as t
-from orbitdb.symbols.symmetry import ODD
+from orbitdb.symbols.symmetry import AXIS, ODD, QUARTER_SIGNS
 
 Expressions = Mapping[str, ColumnElement[Any]]
 
@@ -60,6 +60,11 @@ CLASS_COLUMNS: Expressions = {
     "maslov": _maslov,
     "half": _half,
     "quarter_maslov": _maslov // _parts,
+    "quarter_signs": case(
+        *((_half == name, ",".join(map(str, signs))) for name, signs in QUARTER_SIGNS.items() if name),
+        else_=",".join(map(str, QUARTER_SIGNS[None])),
+    ),
+    "quarter_orientations": case((_word == AXIS, 1), else_=t.cycle.c.class_size * _parts // 4),
     "cycle": t.orbit.c.cycle,
     "a": t.stadium.c.a,
     "status": t.orbit.c.status,

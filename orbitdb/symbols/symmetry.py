@@ -268,6 +268,18 @@ def half_of(symmetry: str) -> str | None:
     return next((name for name in ("x", "y", "xy") if name in elements), None)
 
 
+QUARTER_SIGNS = {
+    None: (1, 1, 1, 1),
+    "x": (1, 1, -1, -1),
+    "y": (1, -1, 1, -1),
+    "xy": (1, -1, -1, 1),
+}
+"""For each `half_of`, the signs by which it multiplies waves of the parities ee, eo, oe and oo."""
+
+AXIS = "13"
+"""The word of the orbit along the long axis, the only one that both mirrors map to itself."""
+
+
 def smallest_group(elements: Iterable[int]) -> int:
     """Return the mask of the smallest group that contains the given elements."""
     held = sum(1 << g for g in set(elements))

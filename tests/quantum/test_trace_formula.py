@@ -17,7 +17,7 @@ from orbitdb.quantum.length_spectrum import TERMS, of_family, of_levels, of_term
 from orbitdb.quantum.trace_formula import orbit_terms
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.selection import Selection
-from orbitdb.symbols.words import from_strings
+from orbitdb.symbols.words import from_strings, least_rotation
 
 X = np.linspace(9.5, 11.7, 60)
 
@@ -259,3 +259,35 @@ def test_the_terms_of_a_quarter_stadium_have_half_lengths_and_signs(tmp_path):
         assert min(abs(abs(amplitude) - each * share) for each in weights for share in (1, 0.5)) < 1e-12
     of_0123 = next(complex(*row[-2:]) for row in rows if row[0] == "0123")
     assert abs(of_0123) == pytest.approx(0.450158, abs=1e-6)
+
+
+@pytest.mark.parametrize("r", [1, 2, 3])
+@pytest.mark.parametrize("parity", [*Parity])
+def test_an_own_trace_formula_is_a_line_over_the_columns_of_the_quarter(catalogue, classes, parity, r):
+    """Each class is one orbit of the quarter; only 13, on an axis, has terms of another kind."""
+    c, k = catalogue.select(status="orbit", where="representative <> '13'", classes=True), 7.3
+    sign, length, half = c.quarter_signs[:, [*Parity].index(parity)], c.quarter_length, c.quarter_lyapunov / 2
+    odd = (c.quarter_maslov + c.p // np.where(c.half == "", 1, 2) + np.isin(c.half, ["x", "y"])) % 2
+    root = np.where(r * odd % 2, np.cosh(r * half), np.sinh(r * half))
+    phase = r * (k * length - c.quarter_maslov * np.pi / 2)
+    own = c.quarter_orientations * sign**r * length / (2 * np.pi * root) * np.cos(phase)
+
+    terms = orbit_terms(classes, 999.0, parity)
+    terms = terms.rows(terms.repetitions == r)
+    codes = there(classes.representative)[terms.orbit]
+    density = (terms.amplitude * np.exp(1j * k * terms.length)).real
+    known = dict(zip(codes.tolist(), density.tolist(), strict=True))
+    np.testing.assert_allclose(
+        own, [known[code] for code in c.representative.tolist()], rtol=1e-9, atol=1e-15
+    )
+    assert len(c) == len(known) - 1 > 200
+
+
+def test_the_signs_and_orientations_of_an_orbit_are_those_of_its_row(catalogue):
+    names = ("code", "quarter_signs", "quarter_orientations", "reverse")
+    for code, signs, orientations, reverse in catalogue.rows(p="2-5", status="orbit", columns=names):
+        orbit = catalogue[code]
+        assert (orbit.quarter_signs, orbit.quarter_orientations) == (signs, orientations)
+        assert reverse == least_rotation(orbit.reverse().code)
+        assert orientations == 1 or orbit.time_reversal == "pair"
+        assert (reverse == code) == (orbit.time_reversal == "self")

@@ -70,6 +70,10 @@ def _class(stored: sqlite3.Row, changes: list[sqlite3.Row]) -> list[Row]:
         "quarter_length": None if length is None else length / 2 if half else length,
         "quarter_lyapunov": None if lyapunov is None else lyapunov / 2 if half else lyapunov,
         "quarter_maslov": (3 * p - stored["walls"]) // (2 if half else 1),
+        "quarter_signs": {None: [1] * 4, "x": [1, 1, -1, -1], "y": [1, -1, 1, -1], "xy": [1, -1, -1, 1]}[
+            half
+        ],
+        "quarter_orientations": max(1, stored["class_size"] // (2 if half else 4)),
         "born": changes[0]["a"] or None if changes else None,
         "dies": changes[1]["a"] if len(changes) > 1 else None,
         "rules": [],
@@ -90,6 +94,9 @@ def _class(stored: sqlite3.Row, changes: list[sqlite3.Row]) -> list[Row]:
     return found
 
 
+_SIGNS = {None: [1, 1, 1, 1], "x": [1, 1, -1, -1], "y": [1, -1, 1, -1], "xy": [1, -1, -1, 1]}
+
+
 def _half(symmetry: str) -> str | None:
     return next((name for name in ("x", "y", "xy") if name in symmetry.split(",")), None)
 
@@ -106,7 +113,8 @@ def _error_of_quotient(stored: sqlite3.Row) -> float | None:
 
 def _pruned(stored: sqlite3.Row, a: float) -> Row:
     names = ("representative", "cycle", "element", "class_size", "walls", "maslov", "time_reversal",
-             "symmetry", "half", "quarter_length", "quarter_lyapunov", "quarter_maslov", "lambda_d",
+             "symmetry", "half", "quarter_length", "quarter_lyapunov", "quarter_maslov",
+             "quarter_signs", "quarter_orientations", "lambda_d",
              "lambda_c", "lambda_c_error", "born", "dies",
              "coordinates", *OF_ORBIT)  # fmt: skip
     known = {"a": a, "p": stored["p"], "code": stored["word"], "changes": []}
