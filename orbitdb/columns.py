@@ -376,7 +376,7 @@ OF_ENSEMBLES = [
 
 OF_ESCAPE = [
     Column("n", "integer", "number of bounces"),
-    Column("t", "integer", "time", "radius / speed"),
+    Column("t", "integer", "time, at speed 1", "radius"),
     Column("legs", "integer", "number of crossings from one semicircle to the other"),
     Column("survival", "number", "share of the trajectories that have not escaped by then", "1", "error"),
     Column("error", "number", "standard error of survival", "1"),
@@ -385,15 +385,15 @@ OF_ESCAPE = [
     Column("measure", "number", "open share of the perimeter, mu", "1", "exact"),
     Column("c1", "number", "constant of c1/n, the tail of survival; derived, but not proved", "1"),
     Column("c2", "number", "constant of c2/n^2, the second part of the tail", "1"),
-    Column("d1", "number", "constant of d1/t, the tail in time; derived, but not proved", "radius / speed"),
-    *(column for each, unit in (("leg", "1"), ("time", "speed / radius"), ("bounce", "1")) for column in (
+    Column("d1", "number", "constant of d1/t, the tail in time; derived, but not proved", "radius"),
+    *(column for each, unit in (("leg", "1"), ("time", "1/radius"), ("bounce", "1")) for column in (
         Column(f"rate_{each}", "number", f"escape rate per {each}", unit, f"rate_{each}_error",
                "not defined"),
         Column(f"rate_{each}_error", "number", f"estimated error of rate_{each}", unit,
                empty="not defined"))),
     Column("n_tail", "number", "number of bounces from which the tail is larger than the exponential", "1",
            empty="no rate or no tail"),
-    Column("t_tail", "number", "time from which the tail is larger than the exponential", "radius / speed",
+    Column("t_tail", "number", "time from which the tail is larger than the exponential", "radius",
            empty="no rate or no tail"),
     Column("opening", "text", "openings of the boundary, separated by blanks", empty="only patterns"),
     Column("without", "text", "patterns of symbols, separated by blanks", empty="only openings"),

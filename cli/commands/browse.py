@@ -44,7 +44,9 @@ def browse(
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.stored import state_path
 
-    app = BrowseApp(db, replace(chosen, a=default_a(db, a)), code, state_path())
+    chosen = replace(chosen, a=default_a(db, a))
+    chosen.check_opening()
+    app = BrowseApp(db, chosen, code, state_path())
     if chosen.where is not None:
         check(chosen.where, dict(chosen.parameters))
     app.run()

@@ -134,6 +134,7 @@ def plot(
         "order": order,
         "grid": named(a) or (),
         "lengths": None if lengths is None else read_range("--lengths", lengths),
+        "opening": choice.opening or (),
         "kappa": [*chain.from_iterable(kappa or ())],
     }
     try:

@@ -135,6 +135,7 @@ class MainScreen(OwnScreen[None]):
         self.watch(self.rows, "word", lambda word: self.side.show_word(word), init=False)
         self.watch(self.side, "orbit", self._take_orbit, init=False)
         self.watch(self.side, "sought", self.rows.go_to, init=False)
+        self._show_openings()
         self.action_look_again()
         self.set_interval(_SECONDS_BETWEEN_LOOKS, self.look_for_changes)
         self.rows.table.focus()
@@ -226,10 +227,22 @@ class MainScreen(OwnScreen[None]):
             self.rows.forget()
         if trying:
             self.rows.wanted = self._word
+        self._show_openings()
         self.say_choices()
         self.rows.read(selection, patient=trying)
         if selection.a != old.a and self.whole and orbit is not None:
             self.side.ask_for(orbit.code)
+
+    def _show_openings(self) -> None:
+        """Let the stadium show the openings in which the chosen words have no bounce."""
+        drawing, chosen = self.query_one(OrbitDrawing), self.choices.selection
+        drawing.opened_at, drawing.opening = chosen.a, ()
+        try:
+            chosen.check_opening()
+        except InputError as error:  # at another a
+            self.notify(str(error), severity="warning")
+        else:
+            drawing.opening = chosen.opening
 
     def on_paste(self, event: events.Paste) -> None:
         """Look up a pasted word."""

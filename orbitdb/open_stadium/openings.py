@@ -5,6 +5,9 @@ import re
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import HALF_PI, Stadium
 from orbitdb.errors import InputError
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
@@ -152,6 +155,25 @@ def _mirrored(mirror: int, opening: Opening) -> Opening:
     wall, low, high = opening
     walls = _MIRRORED[mirror]
     return Opening(walls[wall], low, high) if wall in walls else Opening(wall, -high, -low)
+
+
+SYMBOL_OF = {"bottom": 0, "right": 3, "top": 2, "left": 1}
+"""The symbol of a single bounce on each part of the boundary."""
+
+_STEPS = 64
+
+
+def outline_parts(stadium: Stadium, openings: Iterable[Opening], steps: int = _STEPS) -> list[Floats]:
+    """Return the boundary as paths with gaps at the openings, each semicircle or wall with some steps."""
+    openings = tuple(openings)
+    if not openings:
+        return [stadium.outline(steps)]
+    spans, parts = spans_on(stadium, openings), []
+    for wall, symbol in SYMBOL_OF.items():
+        for low, high in rest(spans[wall], end_of(stadium, wall)):
+            places = np.linspace(low, high, steps)
+            parts.append(stadium.points(np.full(steps, symbol, np.uint8), places))
+    return parts
 
 
 def rest(spans: Iterable[Span], end: float) -> list[Span]:

@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from matplotlib.axes import Axes
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.open_stadium.openings import Opening, parse_openings
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.plots import paths
@@ -29,10 +30,11 @@ _MOST = 500
 """A sheet shows at most this many orbits; more would be too small to tell apart."""
 
 
-def orbit(orbit: Orbit) -> Picture:
-    """Draw the path of an orbit, which must have coordinates, in its stadium."""
+def orbit(orbit: Orbit, opening: Any = ()) -> Picture:
+    """Draw the path of an orbit, which must have coordinates, in its stadium, with openings as gaps."""
+    openings = parse_openings(opening)
     with figure(_WIDTH, _height(orbit.a)) as made:
-        _draw_path(made, made.add_subplot(), orbit, "")
+        _draw_path(made, made.add_subplot(), orbit, "", openings)
     return made
 
 
@@ -50,10 +52,10 @@ def reverse(orbit: Orbit) -> Picture:
     return made
 
 
-def _draw_path(made: Picture, ax: Axes, orbit: Orbit, which: str) -> None:
+def _draw_path(made: Picture, ax: Axes, orbit: Orbit, which: str, opening: Sequence[Opening] = ()) -> None:
     """Draw an orbit with its a, length and lambda above it, and label the figure."""
     assert orbit.points is not None
-    paths.draw_orbit(ax, Stadium(orbit.a), orbit.points, orbit.code)
+    paths.draw_orbit(ax, Stadium(orbit.a), orbit.points, orbit.code, opening=opening)
     numbers = (
         f"$a = {format_float(orbit.a)}$,  $L = {orbit.length:.4f}\\,R$,  $\\lambda = {orbit.lyapunov:.4f}$"
     )

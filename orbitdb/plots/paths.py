@@ -11,6 +11,7 @@ from matplotlib.collections import LineCollection
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.open_stadium.openings import Opening, outline_parts
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.style import (
     BLUE,
@@ -39,16 +40,23 @@ _DIGIT = 0.09
 """Width of a digit in the label of a tick, in inches."""
 
 
-def draw_orbit(ax: Axes, stadium: Stadium, points: Floats, symbols: str, colour: str = BLUE) -> None:
+def draw_orbit(
+    ax: Axes,
+    stadium: Stadium,
+    points: Floats,
+    symbols: str,
+    colour: str = BLUE,
+    opening: Sequence[Opening] = (),
+) -> None:
     """Draw an orbit in the stadium, as in the paper's Fig. 1, given its bounces in order, shape (p, 2).
 
     Up to `MOST_LABELLED` bounces carry their symbols. The dot of the first is open, so that one can read the
-    code from there on, along the arrows.
+    code from there on, along the arrows. Openings are gaps in the wall.
     """
     small = inches_wide(ax) < _SMALL
     font = rcParams["font.size"]
     away, size = (6, SMALL) if small else (1.2 * font, 0.9 * font)
-    draw_stadium(ax, stadium, small)
+    draw_stadium(ax, stadium, small, opening)
     many = len(points) > _MOST_MARKED
     ax.plot(*closed(points).T, color=colour, linewidth=0.6 if many or small else 1.3, zorder=3)
     if not many:
@@ -89,11 +97,13 @@ def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
         )
 
 
-def draw_stadium(ax: Axes, stadium: Stadium, small: bool) -> None:
+def draw_stadium(ax: Axes, stadium: Stadium, small: bool, opening: Sequence[Opening] = ()) -> None:
     """Draw the outline and, unless the axes are small, ticks and faint continuations of walls and circles."""
     a, turn = stadium.a, np.linspace(0, 2 * math.pi, 200)
+    parts = outline_parts(stadium, opening)
     if small:
-        ax.plot(*stadium.outline().T, color=INK, linewidth=1, zorder=2)
+        for part in parts:
+            ax.plot(*part.T, color=INK, linewidth=1, zorder=2)
         ax.set(xlim=(-a - 1.5, a + 1.5), ylim=(-1.6, 1.6), aspect="equal" if a < 20 else "auto")
         ax.axis("off")
         return
@@ -102,7 +112,8 @@ def draw_stadium(ax: Axes, stadium: Stadium, small: bool) -> None:
         ax.plot(centre + np.cos(turn), np.sin(turn), color=FAINT, linewidth=0.7, zorder=1)
     beyond = a + 1 + across
     ax.hlines([-1, 1], -beyond, beyond, color=FAINT, linewidth=0.7, zorder=1)
-    ax.plot(*stadium.outline().T, color=INK, linewidth=1.3 * rcParams["lines.linewidth"], zorder=2)
+    for part in parts:
+        ax.plot(*part.T, color=INK, linewidth=1.3 * rcParams["lines.linewidth"], zorder=2)
     ax.grid(False)
     ax.spines[["left", "bottom"]].set_visible(False)
     ax.set(xlim=(-beyond, beyond), ylim=(-1 - up, 1 + up))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.open_stadium.openings import SYMBOL_OF, Opening, spans_on
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.noted import gaps, nothing
 from orbitdb.plots.orbits import with_paths
@@ -41,6 +42,7 @@ def phase_space(catalogue: "Catalogue", chosen: Selection) -> Picture:
     with figure(7.2, 4.4, chosen.describe(), gaps(catalogue, chosen)) as made:
         ax = made.add_subplot()
         draw_phase_space(ax, Stadium(chosen.a), periods).add_bar(ax, extend="both")
+        _shade(ax, Stadium(chosen.a), chosen.opening)
     return made
 
 
@@ -75,6 +77,14 @@ def draw_phase_space(ax: Axes, stadium: Stadium, periods: Iterable[Period]) -> C
     )
     draw_walls(ax, stadium)
     return Colours(dots, r"$\lambda_d$ (per bounce)")
+
+
+def _shade(ax: Axes, stadium: Stadium, openings: Iterable[Opening]) -> None:
+    """Shade the openings of the boundary."""
+    for wall, spans in spans_on(stadium, openings).items():
+        symbol = np.full(2, SYMBOL_OF[wall], np.uint8)
+        for span in spans:
+            ax.axvspan(*stadium.arclength(symbol, np.array(span)), color=GREY, alpha=0.3, linewidth=0)
 
 
 def draw_walls(ax: Axes, stadium: Stadium) -> None:

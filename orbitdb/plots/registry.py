@@ -71,7 +71,7 @@ class Figure:
 FIGURES: list[Figure] = [
     Figure(
         "orbit", "the path of WORD in the stadium (Fig. 1 of the paper)",
-        "orbits.orbit", "paths.draw_orbit", source="orbit", takes=WORD,
+        "orbits.orbit", "paths.draw_orbit", source="orbit", takes=(*WORD, "opening"), passes=("opening",),
     ),
     Figure(
         "orbit", whole="magnetic.orbit_in_field", source="word", takes=(*WORD, "kappa"), passes=("kappa",),

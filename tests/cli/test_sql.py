@@ -24,7 +24,7 @@ def test_the_table_of_columns_says_what_json_says(cli, monkeypatch, width):
         "column", "quarter_length", "margin"
     ]  # fmt: skip
     assert [row["of"] for row in json.loads(cli("columns", "code", "--json").out)] == ["word"]
-    assert len(json.loads(cli("columns", "error", "--json").out)) == 2  # of an orbit and of a level
+    assert len(json.loads(cli("columns", "error", "--json").out)) == 3  # of an orbit, a level and survival
     assert cli("columns", "lenght").says(2, "column 'lenght': did you mean length?")
     head, *lines = cast(list[str], [*catalogue.splitlines(), *others.splitlines()])
     unit, bound, means = (head.index(name) for name in ("unit", "bounded by", "means"))

@@ -4,10 +4,13 @@ import matplotlib
 import numpy as np
 import pytest
 from figures import legend
+from matplotlib.patches import Rectangle
 
-from orbitdb import escape
+from orbitdb import Catalogue, Selection, escape, solve_word
 from orbitdb.open_stadium import rates
 from orbitdb.plots.escape import escape as draw
+from orbitdb.plots.orbits import orbit as draw_path
+from orbitdb.plots.phase_space import phase_space
 from orbitdb.plots.registry import EmptyFigureError
 
 matplotlib.use("agg")
@@ -41,3 +44,17 @@ def test_without_a_rate_only_the_tail_is_drawn_and_without_a_sample_nothing():
     assert found.plot("escape-time").get_xlabel() == "time $t$ (radius / speed)"
     with pytest.raises(EmptyFigureError, match="survival was not sampled"):
         escape(1.6, "top::", trajectories=0).plot()
+
+
+def test_openings_are_gaps_in_the_wall_and_strips_in_phase_space(filled_once):
+    (ax,) = draw_path(solve_word("1232131", 1.6), "top:-0.3:0.3").axes
+    drawn = np.concatenate(
+        [np.asarray(line.get_xydata()) for line in ax.get_lines() if line.get_zorder() == 2]
+    )
+    on_top = drawn[np.isclose(drawn[:, 1], 1) & (np.abs(drawn[:, 0]) < 1.6), 0]
+    assert np.abs(on_top).min() == pytest.approx(0.3)
+    catalogue = Catalogue(filled_once)
+    chosen = Selection.from_criteria(p="2-5", status="orbit", opening="right:0:0.5")
+    ax = phase_space(catalogue, chosen).axes[0]
+    (strip,) = (patch for patch in ax.patches if isinstance(patch, Rectangle))
+    assert (strip.get_x(), strip.get_width()) == pytest.approx((3.2 + np.pi / 2, 0.5))

@@ -1,6 +1,7 @@
 """The drawing of an orbit in its stadium, with or without a particle, or in phase space."""
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -10,6 +11,7 @@ from textual.timer import Timer
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.tui.panels.canvas import DOTS, Canvas, Line, PictureWidget
+from orbitdb.open_stadium.openings import Opening, outline_parts
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
@@ -65,13 +67,19 @@ def fixed_point(orbit: Orbit) -> Floats:
 
 
 def draw_orbit(
-    a: float, path: Floats, columns: int, rows: int, particle: float | None = None, code: str = ""
+    a: float,
+    path: Floats,
+    columns: int,
+    rows: int,
+    particle: float | None = None,
+    code: str = "",
+    opening: Sequence[Opening] = (),
 ) -> tuple[list[Line], bool]:
     """Draw a path, shape (N, 2), in its stadium; return the picture and whether it is to scale.
 
     If the stadium is so long that it would look like a line, its height is stretched. An empty path gives the
     stadium alone. `particle` is the position of a particle, as a fraction of the path. The symbols of `code`
-    stand at the bounces, unless there are too many; a bounce beyond a joint is a cross.
+    stand at the bounces, unless there are too many; a bounce beyond a joint is a cross. Openings are gaps.
     """
     ends = np.concatenate([path, [(-a - 1, -1), (a + 1, 1)]])
     box = ends.min(axis=0), ends.max(axis=0)
@@ -80,7 +88,8 @@ def draw_orbit(
     true = bool(2 * canvas.scale[1] >= min(_DOTS_OF_HEIGHT, DOTS[1] * rows - 1))
     if not true:
         canvas = Canvas(columns, rows, *box, square=False, margin=margin)
-    canvas.line("wall", Stadium(a).outline(4 * (columns + rows)))
+    for part in outline_parts(Stadium(a), opening, 4 * (columns + rows)):
+        canvas.line("wall", part)
     if len(path):
         bounces = list(zip(path.tolist(), code[:MOST_DRAWN], strict=False))
         for (x, y), symbol in bounces if len(code) <= MOST_LABELLED else ():
@@ -133,10 +142,11 @@ class OrbitDrawing(PictureWidget):
     orbit: reactive[Orbit | None] = reactive(None, always_update=True)
     phase: reactive[bool] = reactive(False)
     particle: reactive[float | None] = reactive(None)
+    opening: reactive[tuple[Opening, ...]] = reactive(())
 
     def __init__(self, a: float, id: str | None = None) -> None:
         super().__init__(id=id)
-        self.a = a
+        self.a = self.opened_at = a  # openings are those of the chosen a
         self._path: Floats = path_of(None)
         self._timer: Timer | None = None
 
@@ -174,7 +184,9 @@ class OrbitDrawing(PictureWidget):
             return draw_phase(self.a, points, columns, rows)
         below = rows // 2 if len(points) and rows > _LEAST_FOR_BOTH else 0
         code = "" if self.orbit is None else self.orbit.code
-        picture, true = draw_orbit(self.a, self._path, columns, rows - below, self.particle, code)
+        opening = self.opening if self.a == self.opened_at else ()
+        room = columns, rows - below
+        picture, true = draw_orbit(self.a, self._path, *room, self.particle, code, opening)
         if not true:
             self._entitle(f"{self.border_title} (not to scale)")
         if not len(self._path) and self.orbit is not None:

@@ -84,6 +84,7 @@ class View(NamedTuple):
             "status": ",".join(chosen.statuses),
             **{name: getattr(chosen, name) for name in ("time_reversal", "symmetry", "contains")},
             "without": list(chosen.without),
+            "opening": list(map(str, chosen.opening)),
             "exists": list(chosen.exists),
             "not_at": list(chosen.not_at),
             **{name: tuple(bounds) for name, bounds in chosen.ranges.items()},
