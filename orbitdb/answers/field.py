@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from orbitdb.display import MOST_SHOWN, Drawn, Table, columns_of, data_frame
 from orbitdb.errors import InputError, as_floats
 from orbitdb.magnetic.action import ArcPaths
 from orbitdb.magnetic.along_kappa import follow_in_field
-from orbitdb.magnetic.field_status import IN_FIELD, FieldStatus, measure
+from orbitdb.magnetic.field_status import IN_FIELD, FieldNumbers, FieldStatus, measure
 from orbitdb.orbits.admissible import solve_in_doubles
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.selection import Selection
@@ -290,29 +290,49 @@ def _classes_of(words: Words) -> _Classes:
     return _Classes(from_strings([*place]), np.array([*stabilisers.values()], np.uint8), owner, odd)
 
 
+@dataclass(frozen=True)
+class _BothSenses:
+    """N words of one period as paths to follow: each class to kappa and, unless it is the same, to -kappa."""
+
+    least: Words  # the representatives, shape (C, p)
+    rows: Indices  # the class of each path, shape (M,)
+    sign: Floats  # 1 or -1, by which kappa is multiplied, shape (M,)
+    paths: Indices  # the path of each word, and that of its reverse, if kappa is positive, shape (2, N)
+
+    @classmethod
+    def of(cls, words: Words) -> Self:
+        least, stabiliser, owner, odd = _classes_of(words)
+        both = ~encloses_nothing(stabiliser)  # the others are the same at kappa and -kappa
+        forth = np.arange(len(least))
+        back = np.where(both, len(least) - 1 + np.cumsum(both), forth)
+        paths = np.stack([forth, back])[:, owner]
+        sign = np.repeat([1.0, -1.0], [len(least), both.sum()])
+        rows = np.concatenate([forth, np.flatnonzero(both)])
+        return cls(least, rows, sign, np.where(odd, paths[::-1], paths))
+
+    def numbers(self, found: FieldNumbers, kappa: float) -> dict[str, Any]:
+        """Return the numbers of the words at one curvature, given those of the paths."""
+        own, reverse = self.paths[::-1] if kappa < 0 else self.paths
+        sense = self.sign[own] * (-1.0 if kappa < 0 else 1.0)
+        return vars(found.rows(own)) | {
+            "splitting": found.action[reverse] - found.action[own],
+            "area": found.area[own] * sense + 0.0,  # not -0.0
+        }
+
+
 def _follow_period(stadium: Stadium, words: Words, kappas: Floats) -> dict[str, Any]:
     """Follow words of one period, shape (N, p), to K curvatures; return the columns, shape (N K,)."""
-    least, stabiliser, owner, odd = _classes_of(words)
-    both = ~encloses_nothing(stabiliser)  # the others are the same at kappa and -kappa
-    rows = np.concatenate([np.arange(len(least)), np.flatnonzero(both)])
-    sign = np.repeat([1.0, -1.0], [len(least), both.sum()])
-    opposite = np.where(both, len(least) - 1 + np.cumsum(both), np.arange(len(least)))
-    row_of = np.stack([np.arange(len(least)), opposite])  # of each class at kappa, and at -kappa
-    places, at = solve_in_doubles(least, stadium).coordinates[rows], 0.0
+    senses = _BothSenses.of(words)
+    followed_words, sign = senses.least[senses.rows], senses.sign
+    places, at = solve_in_doubles(senses.least, stadium).coordinates[senses.rows], 0.0
     numbers: dict[float, dict[str, Any]] = {}
     for size in np.unique(np.abs(kappas)).tolist():
-        followed = follow_in_field(stadium, least[rows], places, sign * at, sign * size)
+        followed = follow_in_field(stadium, followed_words, places, sign * at, sign * size)
         places, at = followed.coordinates, size
-        found = measure(stadium, least[rows], followed, sign * size)
+        found = measure(stadium, followed_words, followed, sign * size)
         if size == 0:  # words without a fixed point to start from are proved to be no orbits
             found.status[found.status == FieldStatus.UNRESOLVED.value] = FieldStatus.JOINT.value
-        for kappa in kappas[np.abs(kappas) == size].tolist():
-            turned = (odd != (kappa < 0)).astype(np.intp)
-            own, reverse = row_of[turned, owner], row_of[1 - turned, owner]
-            numbers[kappa] = vars(found.rows(own)) | {
-                "splitting": found.action[reverse] - found.action[own],
-                "area": found.area[own] * sign[own] * (-1.0 if kappa < 0 else 1.0) + 0.0,  # not -0.0
-            }
+        numbers |= {kappa: senses.numbers(found, kappa) for kappa in kappas[np.abs(kappas) == size].tolist()}
     names = numbers[kappas[0]]
     columns = {name: np.stack([numbers[at][name] for at in kappas.tolist()], 1).ravel() for name in names}
     texts = np.dtypes.StringDType()

@@ -21,8 +21,8 @@ from orbitdb.orbits.orbits import NUMBERS, finite
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.output_files import arrow_batch, arrow_schema
 from orbitdb.store.file import reading
-from orbitdb.store.lookup import Lives, find_or_solve, lives_of
-from orbitdb.store.select import COORDINATES, WORDS, coordinates_of
+from orbitdb.store.lookup import Lives, coordinates_of, find_or_solve, lives_of
+from orbitdb.store.select import COORDINATES, WORDS
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.sqlite import Connection
 from orbitdb.symbols.pruning import rules_of

@@ -9,16 +9,20 @@ from typing import Any
 import numpy as np
 from sqlalchemy import REAL, Connection, Integer, Text, and_, bindparam, cast, func, or_, select, true
 
+from orbitdb.arrays import Floats
 from orbitdb.billiard import USUAL_A
+from orbitdb.billiard.stadium import Stadium
 from orbitdb.errors import InputError
+from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.orbit import Orbit, pruned_words
 from orbitdb.orbits.orbits import NUMBERS
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store.file import reading
+from orbitdb.store.sqlite import cursor_of
 from orbitdb.store.views import classes, life
 from orbitdb.symbols.symmetry import SymmetryClass, act_on_areas, class_of, image_coordinates
-from orbitdb.symbols.words import MAX_KEYED, key, keys_of_period
+from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
 from orbitdb.text import format_float
 
 Lives = tuple[tuple[float, float | None], ...]
@@ -171,6 +175,47 @@ def orbits_of_length(
         .limit(limit)
     )
     yield from (tuple(row) for row in connection.execute(query))
+
+
+def coordinates_of(connection: Connection, a: float, rows: Mapping[str, Sequence[Any]]) -> Floats:
+    """Return the coordinates of words, one word after another.
+
+    Words that have none get a NaN for each bounce. The rows are columns: id, p, representative, code and
+    element.
+    """
+    p, ids = np.array(rows["p"], np.int64), np.array(rows["id"], np.int64)
+    own, cycle = t.orbit.c, t.cycle.c
+    query = select(cycle.word, own.coordinates).join_from(t.orbit, t.cycle, cycle.id == own.cycle)
+    query = query.where(
+        t.at_a(t.orbit, a), t.in_list(own.cycle, np.unique(ids).tolist()), own.coordinates.is_not(None)
+    )
+    blobs = dict(cursor_of(connection, query).fetchall())
+    found, start = np.full(p.sum(), np.nan), np.cumsum(p) - p
+    groups: dict[tuple[int, int], list[int]] = {}
+    for row, (least, element) in enumerate(zip(rows["representative"], rows["element"], strict=True)):
+        if least in blobs:
+            groups.setdefault((len(least), element), []).append(row)
+    for (order, element), chosen in groups.items():
+        codes, words = ([rows[name][row] for row in chosen] for name in ("code", "representative"))
+        places = np.frombuffer(b"".join(blobs[word] for word in words), dtype="<f8").reshape(-1, order)
+        images = image_coordinates(codes, words, element, places)
+        found[start[chosen][:, None] + np.arange(order)] = images
+    return found
+
+
+def area_slopes_of(connection: Connection, a: float, rows: Mapping[str, Sequence[Any]]) -> list[float]:
+    """Return the derivatives of the areas in the curvature, which the words of a class share."""
+    least = [word or code for word, code in zip(rows["representative"], rows["code"], strict=True)]
+    own = {**rows, "code": least, "element": [0] * len(least)}
+    coordinates, p = coordinates_of(connection, a, own), np.array(rows["p"])
+    slopes, start = np.full(len(p), np.nan), np.cumsum(p) - p
+    for order in np.unique(p).tolist():
+        of_order = np.flatnonzero(p == order)
+        places = coordinates[start[of_order][:, None] + np.arange(order)]
+        words = from_strings([least[row] for row in of_order.tolist()])
+        slopes[of_order] = area_slopes(Stadium(a), words, places)
+    values: list[float] = slopes.tolist()
+    return values
 
 
 WITH_ORBITS = ("fill", "sweep", "orbit")

@@ -16,15 +16,14 @@ from numpy.typing import NDArray
 from sqlalchemy import Boolean, ColumnElement, FromClause, func, select, type_coerce
 from sqlalchemy.sql.base import ReadOnlyColumnCollection
 
-from orbitdb.arrays import Floats, Integers
-from orbitdb.billiard.stadium import Stadium
+from orbitdb.arrays import Integers
 from orbitdb.columns import IN_CATALOGUE, WRITTEN, kind_of
 from orbitdb.errors import DeletedError, check_text
-from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store import views
 from orbitdb.store.lives import NEAR
+from orbitdb.store.lookup import area_slopes_of, coordinates_of
 from orbitdb.store.selection import Selection, SelectionError, unknown_column
 from orbitdb.store.sqlite import cursor_of, driver_of, never
 from orbitdb.store.where import CancelledError, Patience, check, expression, watched
@@ -34,11 +33,10 @@ from orbitdb.symbols.symmetry import (
     SIZES,
     STABILISER_OF,
     class_of,
-    image_coordinates,
     images_of,
     images_of_pattern,
 )
-from orbitdb.symbols.words import from_strings, least_rotation
+from orbitdb.symbols.words import least_rotation
 
 VIEWED = tuple(column.name for column in IN_CATALOGUE)
 """The columns of the view ``catalogue``."""
@@ -274,53 +272,13 @@ def _column(
         parts = np.split(coordinates_of(connection, a, read), ends)
         return [None if np.isnan(part[0]) else part.tolist() for part in parts]
     if name == AREA_SLOPE:
-        return [None if slope != slope else slope for slope in _area_slopes(connection, a, read)]
+        return [None if slope != slope else slope for slope in area_slopes_of(connection, a, read)]
     if name == REVERSED:
         return [least_rotation(images_of(code)[REVERSE]) for code in read["code"]]
     if kind_of(name) == "integers":
         none: list[int] | None = [] if name == "rules" else None
         return [[int(part) for part in text.split(",")] if text else none for text in read[name]]
     return read[name]
-
-
-def coordinates_of(connection: sa.Connection, a: float, rows: Mapping[str, Sequence[Any]]) -> Floats:
-    """Return the coordinates of words, one word after another, given the columns `_KEYS` of their rows.
-
-    Words that have none get a NaN for each bounce.
-    """
-    p, ids = np.array(rows["p"], np.int64), np.array(rows["id"], np.int64)
-    own, cycle = t.orbit.c, t.cycle.c
-    query = select(cycle.word, own.coordinates).join_from(t.orbit, t.cycle, cycle.id == own.cycle)
-    query = query.where(
-        t.at_a(t.orbit, a), t.in_list(own.cycle, np.unique(ids).tolist()), own.coordinates.is_not(None)
-    )
-    blobs = dict(cursor_of(connection, query).fetchall())
-    found, start = np.full(p.sum(), np.nan), np.cumsum(p) - p
-    groups: dict[tuple[int, int], list[int]] = {}
-    for row, (least, element) in enumerate(zip(rows["representative"], rows["element"], strict=True)):
-        if least in blobs:
-            groups.setdefault((len(least), element), []).append(row)
-    for (order, element), chosen in groups.items():
-        codes, words = ([rows[name][row] for row in chosen] for name in ("code", "representative"))
-        places = np.frombuffer(b"".join(blobs[word] for word in words), dtype="<f8").reshape(-1, order)
-        images = image_coordinates(codes, words, element, places)
-        found[start[chosen][:, None] + np.arange(order)] = images
-    return found
-
-
-def _area_slopes(connection: sa.Connection, a: float, rows: Mapping[str, Sequence[Any]]) -> list[float]:
-    """Return the derivatives of the areas in the curvature, which the words of a class share."""
-    least = [word or code for word, code in zip(rows["representative"], rows["code"], strict=True)]
-    own = {**rows, "code": least, "element": [0] * len(least)}
-    coordinates, p = coordinates_of(connection, a, own), np.array(rows["p"])
-    slopes, start = np.full(len(p), np.nan), np.cumsum(p) - p
-    for order in np.unique(p).tolist():
-        of_order = np.flatnonzero(p == order)
-        places = coordinates[start[of_order][:, None] + np.arange(order)]
-        words = from_strings([least[row] for row in of_order.tolist()])
-        slopes[of_order] = area_slopes(Stadium(a), words, places)
-    values: list[float] = slopes.tolist()
-    return values
 
 
 # arrays

@@ -97,11 +97,11 @@ WORD_COLUMNS: Expressions = {
 """Columns of `catalogue` whose values differ between the words of a class."""
 
 STORED_COLUMNS: Expressions = {
-    "words": t.cycle.c.words,
+    "codes": t.cycle.c.words,
     "coordinates": t.orbit.c.coordinates,
     "area": t.orbit.c.area,
 }
-"""Further columns of the view `class`; the area is that of the representative."""
+"""Further columns of the view `class`: all codes, joined, and the area, both from the representative on."""
 
 
 def _labelled(columns: Expressions) -> list[Label[Any]]:
@@ -148,7 +148,7 @@ PRUNED: Expressions = {
     "a": bindparam("half_length", type_=REAL),
     "p": t.pruned.c.p,
     "code": t.pruned.c.word,
-    "words": t.pruned.c.word,
+    "codes": t.pruned.c.word,
     "status": literal("geometric"),
     "rules": t.pruned.c.rules,
 }

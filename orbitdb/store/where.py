@@ -54,7 +54,7 @@ _ALLOWED = {
     sqlite3.SQLITE_RECURSIVE,
 }
 _OF_CLASSES = CLASS_COLUMNS.keys() - {"cycle"}  # an index on ids would change the order of the rows
-_OF_CODES = {"code", "representative", "word", "words", "contains"}
+_OF_CODES = {"code", "codes", "representative", "word", "words", "contains"}
 """The columns of views and tables that hold codes, and the functions of words."""
 _STOPPED = (sqlite3.SQLITE_INTERRUPT, sqlite3.SQLITE_AUTH)
 _FAILED = ("user-defined function raised exception", "not authorized")

@@ -318,18 +318,6 @@ BITS_OF = np.arange(256, dtype=np.uint8)[:, None] >> np.arange(8, dtype=np.uint8
 """The bits of each byte, lowest first, shape (256, 8)."""
 
 
-def places_of_elements(elements: Masks, stabilisers: Masks) -> Masks:
-    """Convert sets of elements, shape (C,), to sets of words of the classes.
-
-    Bit g of the argument stands for the image under element g, bit n of the result for word n. Bits beyond
-    the size of the class have no meaning.
-    """
-    places = np.zeros_like(elements)
-    for n in ELEMENTS:
-        places |= (elements >> ELEMENT_OF[stabilisers, n] & 1) << np.uint8(n)
-    return places
-
-
 def joined_words(codes: Integers, stabilisers: Masks, p: int) -> list[str]:
     """Return all words of each class as a single string, with p symbols for each word.
 
