@@ -1,8 +1,8 @@
 """Options shared by several commands, singly or in groups: how they are read, and completed in the shell."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, fields, is_dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
@@ -138,19 +138,20 @@ Database = Annotated[
         help="The catalogue [default: ORBITDB_DB, or the user's data folder].",
     ),
 ]
-HalfLength = Annotated[float, a_option()]
-StoredHalfLength = Annotated[float | None, a_option(" [default: the only one stored, else 1.6]")]
+GivenHalfLength = Annotated[float, a_option()]
+_USUAL = "[default: the only one stored, else 1.6]"
+HalfLength = Annotated[float | None, a_option(f" {_USUAL}")]
 read_half_lengths = _reader(half_lengths)
 read_all_half_lengths = _reader(lambda text: GivenValues() if text == ALL else half_lengths(text))
 
-StoredHalfLengths = Annotated[
+HalfLengths = Annotated[
     list[GivenValues] | None,
     typer.Option(
         "--a",
         "-a",
         metavar="NUMBER|all",
         parser=read_all_half_lengths,
-        help="Half length of the straight walls [default: the only one stored, else 1.6]; "
+        help=f"Half length of the straight walls {_USUAL}; "
         "repeatable; also a grid FROM:TO:COUNT, or all for every stored value.",
         autocompletion=offered_several_half_lengths,
     ),
@@ -193,6 +194,10 @@ Words = Annotated[
     ),
 ]
 Codes = Annotated[list[str] | None, typer.Option("--code", help="Same as WORD; repeatable.")]
+OnlyCodes = Annotated[
+    list[str] | None,
+    typer.Option("--code", help="Words in any rotation, repeatable; - reads them from stdin."),
+]
 """`orbitdb.cli.snapshots.given_codes` reads these together with `Words`."""
 
 Limit = Annotated[
@@ -308,7 +313,9 @@ class SelectionOptions:
     status: Annotated[
         str | None,
         typer.Option(
-            help="orbit, geometric, dynamical, boundary or unresolved, several separated by commas, or all.",
+            help="orbit, geometric, dynamical, boundary or unresolved, several separated by commas, or all "
+            "[default: orbit; all if words are named, if --exists or --not-at is given, or if --where names "
+            "status, rules, born or dies].",
             autocompletion=offered_statuses,
         ),
     ] = None
@@ -365,24 +372,34 @@ class SelectionOptions:
     ] = None
     parameters: Parameters = None
 
-    def at(self, a: float) -> "Selection":
-        """Return the subset at a given a; raise if an option cannot be parsed."""
-        from orbitdb.store.selection import Selection, SelectionError, parse_bounds
+    def criteria(
+        self, usual: Sequence[str] | None = None, code: Iterable[str] | None = None
+    ) -> "dict[str, Any]":
+        """Return the criteria of `Catalogue.select`; raise if an option cannot be parsed.
+
+        `usual` are the statuses to choose if none is named, where they are not those of `Selection`, and
+        `code` the words given with --code.
+        """
+        from orbitdb.store.selection import SelectionError, parse_bounds
         from orbitdb.store.where import parse_parameters
 
         if self.parameters and self.where is None:
             raise SelectionError(
                 "--parameter gives a value to a name in --where: give --where, or leave out --parameter"
             )
-        parameters = parse_parameters(self.parameters or (), self.where or "")
-        names = ("p", "status", "time_reversal", "symmetry", "contains", "where")
-        chosen = Selection.from_criteria(
-            a=a,
-            **{name: getattr(self, name) for name in names},
-            exists=self.exists or (),
-            not_at=self.not_at or (),
-            without=self.without or (),
-            opening=self.opening or (),
-            parameters=parameters,
-        )
-        return replace(chosen, ranges=parse_bounds(self.bounds or ()))
+        names = ("p", "time_reversal", "symmetry", "contains", "where")
+        many = ("without", "exists", "not_at", "opening")
+        given = {name: value for name in (*names, *many) if (value := getattr(self, name)) is not None}
+        status = usual if self.status is None else self.status
+        given |= {} if status is None else {"status": status}
+        given |= {} if code is None else {"code": list(code)}
+        given |= {"parameters": parse_parameters(self.parameters or (), self.where or "")}
+        return given | parse_bounds(self.bounds or ())
+
+    def at(
+        self, a: float, usual: Sequence[str] | None = None, code: Iterable[str] | None = None
+    ) -> "Selection":
+        """Return the subset at a given a (`criteria`)."""
+        from orbitdb.store.selection import Selection
+
+        return Selection.from_criteria(a=a, **self.criteria(usual, code))

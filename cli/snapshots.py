@@ -15,7 +15,7 @@ from orbitdb.cli.output import note, progress, repeats
 from orbitdb.columns import COMPUTED, IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.paths import default_path
-from orbitdb.text import format_float, several
+from orbitdb.text import several
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
@@ -70,6 +70,15 @@ def primitive_words(codes: Iterable[str]) -> list[str]:
     return roots
 
 
+def chosen_codes(code: Iterable[str] | None) -> list[str] | None:
+    """Return the words of --code that choose rows, or None without it."""
+    if code is None:
+        return None
+    if not (codes := primitive_words(given_codes(code))):
+        raise InputError("stdin contains no code")
+    return codes
+
+
 def asked_columns(
     columns: str | None, usual: Sequence[str], a: Sequence[GivenValues] | None, allowed: Sequence[str] = ()
 ) -> tuple[str, ...]:
@@ -105,16 +114,25 @@ def _named_columns(text: str, columns: Sequence[str], adds: bool) -> tuple[str, 
 
 @contextmanager
 def snapshot(
-    db: Path, asked: Asked, choice: SelectionOptions
+    db: Path,
+    asked: Asked,
+    choice: SelectionOptions,
+    usual: Sequence[str] | None = None,
+    code: Iterable[str] | None = None,
 ) -> "Iterator[tuple[Catalogue, tuple[Selection, ...]]]":
-    """Open a catalogue, and yield a snapshot of it with the subset that the options choose at each a."""
+    """Open a catalogue, and yield a snapshot of it with the subset that the options choose at each a.
+
+    `usual` and `code` are those of `SelectionOptions.at`.
+    """
     from orbitdb.catalogue import Catalogue
 
     values = named(asked)
-    chosen = choice.at(values[0] if values else USUAL_A)  # reports wrong options first
+    chosen = choice.at(values[0] if values else USUAL_A, usual, code)  # reports wrong options first
     catalogue = Catalogue(db)
     with catalogue.snapshot() as then:
-        yield then, tuple(replace(chosen, a=a) for a in values or _stored(then, asked, db))
+        each, said = _values(then, asked)
+        with _then_saying(said):
+            yield then, tuple(replace(chosen, a=a) for a in each)
 
 
 @contextmanager
@@ -132,32 +150,44 @@ def solving(db: Path, asked: Asked) -> "Iterator[tuple[Catalogue, tuple[float, .
     """
     from orbitdb.catalogue import Catalogue
 
-    values = named(asked)
-    catalogue = Catalogue(db, missing_ok=values is not None or not asked)
+    catalogue = Catalogue(db, missing_ok=named(asked) is not None or not asked)
     with catalogue.snapshot() as then:
-        values = values or _stored(then, asked, db)
+        values, said = _values(then, asked)
         if then.missing and db != default_path():
             note(f"no catalogue at {db}: solved on the spot")
-        yield then, values
+        with _then_saying(said):
+            yield then, values
 
 
-def default_a(db: Path, a: float | None) -> float:
-    """Return the given a, or else the default one of a catalogue, which need not exist."""
+def given_a(db: Path, asked: Asked) -> tuple[float, ...]:
+    """Return the given values of a, or else the default one of a catalogue, which need not exist; note it."""
     from orbitdb.catalogue import Catalogue
 
-    if a is not None:
-        return a
-    (a,) = _stored(Catalogue(db, missing_ok=True), None, db)
-    return a
+    values, said = _values(Catalogue(db, missing_ok=True), asked)
+    with _then_saying(said):
+        return values
 
 
-def _stored(catalogue: "Catalogue", asked: Asked, db: Path) -> tuple[float, ...]:
-    """Return every a with orbits or sweeps for --a all, or else the default a; note an unusual default."""
+def _values(catalogue: "Catalogue", asked: Asked) -> tuple[tuple[float, ...], str | None]:
+    """Return the given values of a, every one with orbits or sweeps, or the default one, and a note on it."""
+    if (values := named(asked)) is not None:
+        return values, None
     if asked:
-        return tuple(catalogue.a_values(orbits=True)) or (USUAL_A,)
-    if (a := catalogue.a) != USUAL_A:
-        note(f"a = {format_float(a)}, the only value in {db}")
-    return (a,)
+        return tuple(catalogue.a_values(orbits=True)) or (catalogue.a,), None
+    return (catalogue.a,), catalogue.note_on_a
+
+
+@contextmanager
+def _then_saying(said: str | None) -> Iterator[None]:
+    """Write a note after a block, unless the block fails: the line of an error stands alone."""
+    try:
+        yield
+    except (InputError, StoreError, OSError):
+        said = None
+        raise
+    finally:
+        if said is not None:
+            note(said, always=True)
 
 
 def storable(catalogue: "Catalogue", store: bool | None) -> bool:

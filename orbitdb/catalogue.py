@@ -13,6 +13,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import Rows
 from orbitdb.errors import InputError, StoreError, as_texts, check_int, check_text
 from orbitdb.orbits.orbit import Orbit
+from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody, telling
 from orbitdb.store.file import Moment, Store
 from orbitdb.store.lookup import (
@@ -22,9 +23,11 @@ from orbitdb.store.lookup import (
     certificate_of,
     default_a,
     find_words,
+    note_on_a,
 )
 from orbitdb.store.paths import FileId, as_path, default_path, home_expanded, network_disk
 from orbitdb.store.selection import (
+    OF_STATUS,
     Criteria,
     Selection,
     SelectionError,
@@ -67,6 +70,10 @@ if TYPE_CHECKING:
     from orbitdb.verification.verify import Verification
 
 _Answer = TypeVar("_Answer")
+
+_ORBITS: tuple[Status, ...] = (Status.ORBIT,)
+_EVERY: tuple[Status, ...] = ()
+"""What some questions choose unless a status is named, whatever else they ask for."""
 
 
 class Catalogue:
@@ -153,6 +160,12 @@ class Catalogue:
             If you gave none, and orbits are stored at several values of ``a`` but not at 1.6.
         """
         return self._at(None)
+
+    @property
+    def note_on_a(self) -> str | None:
+        """A line on the default ``a`` if it is not 1.6, or one of several; results have it in their notes."""
+        with self._reading() as connection:
+            return next(iter(self._on_a(None, connection)), None)
 
     @contextmanager
     def snapshot(self, cancelled: Callable[[], bool] = never) -> Iterator[Self]:
@@ -513,11 +526,13 @@ class Catalogue:
 
         first = check_int("offset", offset, 0)
         most = None if limit is None else check_int("limit", limit, 0)
-        chosen = self._several(selection, criteria)
+        with self._reading() as connection:
+            chosen = self._several(selection, criteria, connection)
+            on_a = self._on_a(criteria.get("a") if selection is None else 0.0, connection)
         given = columns.split(",") if isinstance(columns, str) else columns
         usual = (*VIEWED, *[WORDS] * classes)
         names = usual if given is None else tuple(as_texts("columns", given))
-        return Listing(self._reading, chosen, names, order, most, first, classes)
+        return Listing(self._reading, chosen, names, order, most, first, classes, on_a)
 
     @overload
     def count(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> int: ...
@@ -562,7 +577,10 @@ class Catalogue:
         from orbitdb.answers.histogram import count_by
 
         named = [name.strip() for name in by.split(",")] if isinstance(by, str) else by
-        return self._result(count_by, selection, criteria, as_texts("by", named))
+        columns = as_texts("by", named)
+        if OF_STATUS.intersection(columns):
+            criteria = _of(_EVERY, selection, criteria)
+        return self._result(count_by, selection, criteria, columns)
 
     @with_criteria
     def histogram(
@@ -659,7 +677,7 @@ class Catalogue:
         """
         from orbitdb.answers.complete_periods import read_classes
 
-        return self._answer(read_classes, selection, criteria)
+        return self._answer(read_classes, selection, _of(_ORBITS, selection, criteria))
 
     @with_criteria
     def table(
@@ -677,7 +695,7 @@ class Catalogue:
         """
         from orbitdb.answers.entropy import table
 
-        return self._result(table, selection, criteria)
+        return self._result(table, selection, _of(_EVERY, selection, criteria))
 
     @with_criteria
     def entropy(
@@ -694,7 +712,7 @@ class Catalogue:
         """
         from orbitdb.answers.entropy import entropy
 
-        return self._result(entropy, selection, criteria)
+        return self._result(entropy, selection, _of(_ORBITS, selection, criteria))
 
     @with_criteria
     def lyapunov(
@@ -722,7 +740,7 @@ class Catalogue:
         from orbitdb.answers.lyapunov import lyapunov
 
         with telling(progress, "averaging") as tell:
-            return self._result(lyapunov, selection, criteria, weight, cut, tell)
+            return self._result(lyapunov, selection, _of(_ORBITS, selection, criteria), weight, cut, tell)
 
     @with_criteria
     def statistics(
@@ -743,7 +761,7 @@ class Catalogue:
         """
         from orbitdb.answers.statistics import statistics
 
-        return self._result(statistics, selection, criteria, weight)
+        return self._result(statistics, selection, _of(_ORBITS, selection, criteria), weight)
 
     @with_criteria
     def write_dataset(
@@ -772,7 +790,10 @@ class Catalogue:
         from orbitdb.answers.dataset import write_dataset
 
         with telling(progress, "dataset") as tell, self._reading() as connection:
-            chosen = self._several(selection, criteria, connection)
+            named = criteria.copy()
+            if selection is None and named.get("a") is None:
+                named["a"] = "all"
+            chosen = self._several(selection, _of(_EVERY, selection, named), connection)
             return write_dataset(connection, as_path(folder), chosen, force, tell)
 
     @with_criteria
@@ -972,7 +993,7 @@ class Catalogue:
         from orbitdb.answers.field_words import chosen_words, named_words
 
         if words is None:
-            picked = self._answer(chosen_words, selection, criteria)
+            picked = self._answer(chosen_words, selection, _of(_EVERY, selection, criteria))
         elif selection is not None or criteria.keys() - {"a"}:
             raise InputError("give words, or criteria that choose them, not both")
         else:
@@ -1296,7 +1317,7 @@ class Catalogue:
         jobs: int | None = None,
         store: bool = True,
         progress: Tell = nobody,
-        a: float | Iterable[float] | None = None,
+        a: float | Iterable[float] | str | None = None,
     ) -> "Generator[EntropyBounds]":
         """Yield bounds on the topological entropy from longer and longer windows, and store them.
 
@@ -1308,12 +1329,16 @@ class Catalogue:
             Number of processes for several a.
         store : bool, optional
             Whether to store the bounds.
-        a : float or sequence of float, optional
-            One or several half lengths.
+        a : float, sequence of float or str, optional
+            One or several half lengths; ``all`` for every stored one.
         """
         from orbitdb.filling.find_bounds import find_bounds
 
-        values = [self._at(one) for one in (a if isinstance(a, Iterable) else [a])]
+        with self._reading() as connection:
+            if isinstance(a, str) and a == "all":
+                a = self._every_a(connection)
+            each: Iterable[Any] = a if isinstance(a, Iterable) and not isinstance(a, str) else [a]
+            values = [self._at(one, connection) for one in each]
         path = self._present().path if store else None
         return find_bounds(path, values, edges, width, seconds, prove, jobs, progress)
 
@@ -1366,14 +1391,14 @@ class Catalogue:
         from orbitdb.answers.completeness import gaps_at
         from orbitdb.verification.verify import verifiable, verified
 
-        everywhere = not isinstance(selection, Selection) and criteria.get("a") is None
-        unnamed = selection is None and everywhere
-        path, selections = self._present("verify").path, () if unnamed else self._several(selection, criteria)
+        everywhere, path = selection is None and criteria.get("a") is None, self._present("verify").path
         sample = None if sample is None else check_int("sample", sample)
         restarts, drawn = check_int("restarts", restarts, 0), _seed(seed)
         with self._reading() as connection:
-            if unnamed:
-                every = Selection.from_criteria(**criteria)
+            named = _of(_EVERY, selection, criteria)
+            selections = () if everywhere else self._several(selection, named, connection)
+            if everywhere:
+                every = Selection.from_criteria(**named)
                 selections = tuple(replace(every, a=at) for at in verifiable(connection))
             missing = gaps_at(connection, selections, everywhere)
         with telling(progress, "verify") as tell:
@@ -1687,7 +1712,9 @@ class Catalogue:
         with self._reading() as connection:
             subsets = self._several(selection, criteria, connection)
             results = [function(connection, chosen, *arguments) for chosen in subsets]
-        return results[0] if one else over_a(results)
+            on_a = self._on_a(criteria.get("a") if selection is None else 0.0, connection)
+        found = results[0] if one else over_a(results)
+        return replace(found, notes=(*on_a, *found.notes))
 
     def _chosen(
         self, selection: Selection | None, criteria: Criteria, connection: Connection | None = None
@@ -1715,10 +1742,12 @@ class Catalogue:
         self,
         selection: Selection | Sequence[Selection] | None,
         criteria: Criteria,
-        connection: Connection | None = None,
+        connection: Connection,
     ) -> tuple[Selection, ...]:
         """Return the chosen subset at each a."""
         values: Any = criteria.get("a")
+        if isinstance(values, str) and values == "all":
+            values = self._every_a(connection)
         if selection is None and isinstance(values, Iterable) and not isinstance(values, str):
             named = criteria.copy()
             named["a"] = None
@@ -1734,6 +1763,15 @@ class Catalogue:
             one.check_opening()
         return chosen
 
+    def _every_a(self, connection: Connection) -> list[float]:
+        """Return every a with orbits or sweeps, or else the default one, as ``--a all``."""
+        return a_values(connection, WITH_ORBITS) or [self._at(None, connection)]
+
+    def _on_a(self, a: object, connection: Connection) -> tuple[str, ...]:
+        """Return the note on the default a if a question uses it."""
+        given = a is not None or self._a is not None
+        return () if given else tuple(filter(None, [note_on_a(connection)]))
+
     def _at(self, a: float | None, connection: Connection | None = None) -> float:
         """Return the given a, or else the default one, read from a connection if a question has one."""
         if a is not None:
@@ -1744,6 +1782,12 @@ class Catalogue:
             return default_a(connection)
         with self._reading() as now:
             return default_a(now)
+
+
+def _of(statuses: Sequence[Status], selection: object, criteria: Criteria) -> Criteria:
+    """Return criteria that choose some statuses, or every one, unless they or a Selection choose others."""
+    given = selection is not None or criteria.get("status") is not None
+    return criteria if given else {**criteria, "status": statuses}
 
 
 def _check_orbit(orbit: Any) -> None:

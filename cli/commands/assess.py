@@ -38,7 +38,7 @@ def assess(
     statistics: Annotated[
         bool, typer.Option("--statistics", help="Instead, show the statistics of the levels of each parity.")
     ] = False,
-    a: options.StoredHalfLength = None,
+    a: options.HalfLength = None,
     output: Output,
     db: options.Database,
 ) -> None:

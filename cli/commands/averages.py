@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.grids import many_a
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, notes, progress, write_facts
-from orbitdb.cli.snapshots import snapshot, storable
+from orbitdb.cli.snapshots import given_a, snapshot, storable
 from orbitdb.display import columns_of
+from orbitdb.orbits.status import Status
 from orbitdb.text import concise, format_float, with_error
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ EXAMPLES = {
 
 
 def table(
-    *, a: options.StoredHalfLengths = None, p: options.Periods = None, output: Output, db: options.Database
+    *, a: options.HalfLengths = None, p: options.Periods = None, output: Output, db: options.Database
 ) -> None:
     """Show the paper's Table 1 for the filled periods: the numbers of words and orbits, and the entropy.
 
@@ -42,13 +42,13 @@ def table(
     symmetry. boundary counts the orbits through a joint, which N_c leaves out. Periods that are not filled at
     this a are counted from births, if 'orbitdb births' has found them.
     """
-    with snapshot(db, a, SelectionOptions(p=p)) as (catalogue, selections):
+    with snapshot(db, a, SelectionOptions(p=p), usual=()) as (catalogue, selections):
         result = catalogue.table(selections if many_a(a) else selections[0])
     output.write(*_rows_of(result, output))
 
 
 def entropy(
-    *, a: options.StoredHalfLengths = None, choice: SelectionOptions, output: Output, db: options.Database
+    *, a: options.HalfLengths = None, choice: SelectionOptions, output: Output, db: options.Database
 ) -> None:
     """Compute the topological entropy of the chosen orbits, by period.
 
@@ -57,7 +57,7 @@ def entropy(
     is shown, too, but is not an error bound. The proved bounds come from 'orbitdb bounds', or are computed on
     the spot.
     """
-    with progress("reading orbits"), snapshot(db, a, choice) as (catalogue, selections):
+    with progress("reading orbits"), snapshot(db, a, choice, [Status.ORBIT]) as (catalogue, selections):
         result = catalogue.entropy(selections if many_a(a) else selections[0])
     from orbitdb.answers.results import PROVED
 
@@ -66,7 +66,7 @@ def entropy(
 
 def lyapunov(
     *,
-    a: options.StoredHalfLengths = None,
+    a: options.HalfLengths = None,
     choice: SelectionOptions,
     weight: Annotated[
         Literal["exp", "det"],
@@ -90,7 +90,7 @@ def lyapunov(
     digit. The other averages do not converge to lambda as p grows. The values for trajectories come from
     'orbitdb simulate'.
     """
-    with progress("averaging") as shown, snapshot(db, a, choice) as (catalogue, selections):
+    with progress("averaging") as shown, snapshot(db, a, choice, [Status.ORBIT]) as (catalogue, selections):
         chosen = selections if many_a(a) else selections[0]
         result = catalogue.lyapunov(chosen, weight=weight, cut=cut, progress=shown)
     names, rows = _rows_of(result, output)
@@ -136,7 +136,7 @@ def _rows_of(
 
 def simulate(
     *,
-    a: options.HalfLength = USUAL_A,
+    a: options.HalfLength = None,
     wanted: Annotated[
         int,
         options.count_option(
@@ -164,7 +164,7 @@ def simulate(
     """
     from orbitdb.catalogue import Catalogue
 
-    catalogue = Catalogue(db, a, missing_ok=True)
+    catalogue = Catalogue(db, *given_a(db, a), missing_ok=True)
     keeps = storable(catalogue, store)
     file = catalogue.check_writable() if keeps else None
     with progress("trajectories") as shown:

@@ -26,7 +26,7 @@ def bench(
     kind: Annotated[
         Literal["methods", "stress"], typer.Option(help="Compare methods, or solve hard cases.")
     ] = "methods",
-    a: options.HalfLength = USUAL_A,
+    a: options.GivenHalfLength = USUAL_A,
     p: Annotated[int, options.count_option("--p", "-p", least=2, most=13, help="Period of the words.")] = 9,
     picture: Annotated[
         Path | None,

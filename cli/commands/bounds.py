@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.grids import GivenValues, named
 from orbitdb.cli.output import Output, note, progress
-from orbitdb.cli.snapshots import storable
+from orbitdb.cli.snapshots import given_a, storable
 
 if TYPE_CHECKING:
     from orbitdb.entropy_bounds.bounds import EntropyBounds
@@ -33,17 +31,7 @@ _WHY = "the time, the window length or the memory was not enough"
 def bounds(
     *,
     context: typer.Context,
-    asked: Annotated[
-        list[GivenValues] | None,
-        typer.Option(
-            "--a",
-            "-a",
-            metavar="NUMBER|FROM:TO:COUNT",
-            parser=options.read_half_lengths,
-            help=f"Half length of the straight walls, or a logarithmic grid of values; repeatable "
-            f"[default: {USUAL_A}].",
-        ),
-    ] = None,
+    a: options.HalfLengths = None,
     edges: Annotated[
         int | None,
         options.count_option(
@@ -79,17 +67,17 @@ def bounds(
     """
     from orbitdb.catalogue import Catalogue
 
-    a = named(asked) or (USUAL_A,)
-    if len(a) == 1:
+    values = given_a(db, a)
+    if len(values) == 1:
         options.refuse_idle(context, "at a single a", "jobs")
     catalogue = Catalogue(db, missing_ok=True)
     search = partial(
-        catalogue.search_bounds, edges, width=width, seconds=seconds, prove=prove, jobs=jobs, a=a
+        catalogue.search_bounds, edges, width=width, seconds=seconds, prove=prove, jobs=jobs, a=values
     )
     search(store=False)  # wrong limits must leave no file
-    last = _show(partial(search, store=storable(catalogue, store)), len(a) > 1, output)
+    last = _show(partial(search, store=storable(catalogue, store)), len(values) > 1, output)
     if width is not None and (wide := [level.width for level in last if level.width > width]):
-        where = f" at {len(wide)} of {len(last)} values of a" if len(a) > 1 else ""
+        where = f" at {len(wide)} of {len(last)} values of a" if len(values) > 1 else ""
         note(f"the bounds are {max(wide):.1e} apart, more than {width:g}{where}: {_WHY}")
         raise typer.Exit(1)
 

@@ -10,7 +10,7 @@ import typer
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.snapshots import default_a
+from orbitdb.cli.snapshots import given_a
 from orbitdb.errors import InputError
 
 EXAMPLES = ("browse", "browse --code 1232131", 'browse --p 9 --where "lambda_c < 0.4"')
@@ -19,7 +19,7 @@ EXAMPLES = ("browse", "browse --code 1232131", 'browse --p 9 --where "lambda_c <
 def browse(
     *,
     code: Annotated[str | None, typer.Option(help="Start at this word, in any rotation.")] = None,
-    a: options.StoredHalfLength = None,
+    a: options.HalfLength = None,
     choice: SelectionOptions,
     db: options.Database,
 ) -> None:
@@ -27,13 +27,10 @@ def browse(
 
     It opens on the orbits; o and O choose other statuses. Press ? to see the keys.
     """
-    from orbitdb.orbits.status import Status
     from orbitdb.store.where import check
     from orbitdb.symbols.words import parse
 
     chosen = choice.at(USUAL_A if a is None else a)
-    if not chosen.statuses and chosen.where is None:
-        chosen = replace(chosen, statuses=(Status.ORBIT,))
     if code is not None:
         parse(code)
     streams = (sys.stdin, sys.stdout, sys.stderr)  # Textual draws on stderr, except in a browser
@@ -44,7 +41,7 @@ def browse(
     from orbitdb.cli.tui.app import BrowseApp
     from orbitdb.cli.tui.stored import state_path
 
-    chosen = replace(chosen, a=default_a(db, a))
+    chosen = replace(chosen, a=given_a(db, a)[0])
     chosen.check_opening()
     app = BrowseApp(db, chosen, code, state_path())
     if chosen.where is not None:

@@ -8,7 +8,8 @@ from orbitdb.cli import options
 from orbitdb.cli.grids import many_a
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, notes
-from orbitdb.cli.snapshots import snapshot
+from orbitdb.cli.snapshots import chosen_codes, snapshot
+from orbitdb.store.selection import OF_STATUS
 
 EXAMPLES = (
     "count --p 11",
@@ -27,7 +28,8 @@ def count(
             autocompletion=options.offered_columns,
         ),
     ] = None,
-    a: options.StoredHalfLengths = None,
+    a: options.HalfLengths = None,
+    code: options.OnlyCodes = None,
     choice: SelectionOptions,
     output: Output,
     db: options.Database,
@@ -37,8 +39,10 @@ def count(
     The options choose words as those of query do. The columns of --by are those whose values all words of a
     class share, such as p, status or symmetry; words without a value come last.
     """
-    with snapshot(db, a, choice) as (catalogue, selections):
-        found = catalogue.count(selections if many_a(a) else selections[0], by=by or [])
+    names = [name.strip() for name in by.split(",")] if by else []
+    usual = () if OF_STATUS.intersection(names) else None
+    with snapshot(db, a, choice, usual, chosen_codes(code)) as (catalogue, selections):
+        found = catalogue.count(selections if many_a(a) else selections[0], by=names)
     notes(found.notes)
     if not output.write([*found.columns], found.rows()):
         raise typer.Exit(1)

@@ -6,7 +6,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.output import Output, notes, progress, write_facts
-from orbitdb.cli.snapshots import default_a, storable
+from orbitdb.cli.snapshots import given_a, storable
 from orbitdb.text import concise, format_float
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ EXAMPLES = (
 def escape(
     *,
     context: typer.Context,
-    a: options.StoredHalfLength = None,
+    a: options.HalfLength = None,
     opening: options.Openings = None,
     without: Annotated[
         list[str] | None,
@@ -70,7 +70,7 @@ def escape(
     if rates:
         options.refuse_idle(context, "with --rates", "trajectories", "bounces", "by", "seed", "jobs")
         trajectories = 0
-    at = default_a(db, a)
+    (at,) = given_a(db, a)
     Question.of(at, opening or (), without or (), trajectories, bounces, seed)  # raises before a file is made
     catalogue = Catalogue(db, at, missing_ok=True)
     keeps = storable(catalogue, store)

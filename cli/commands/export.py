@@ -13,7 +13,7 @@ from orbitdb.cli import options
 from orbitdb.cli.grids import GivenValues, many_a
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import note, notes, progress
-from orbitdb.cli.snapshots import OF_CATALOGUE, asked_columns, snapshot
+from orbitdb.cli.snapshots import OF_CATALOGUE, asked_columns, chosen_codes, snapshot
 from orbitdb.columns import WRITTEN, Row
 from orbitdb.errors import InputError
 from orbitdb.progress import Tell
@@ -51,7 +51,8 @@ def export(
             help="Name ending in .csv, .tsv, .json, .jsonl, .parquet, .html or .db; none or -: stdout.",
         ),
     ] = None,
-    a: options.StoredHalfLengths = None,
+    a: options.HalfLengths = None,
+    code: options.OnlyCodes = None,
     choice: SelectionOptions,
     classes: options.Classes = False,
     order: options.Order = "p",
@@ -84,8 +85,8 @@ def export(
 
     if dataset:
         choosing = (field.name for field in fields(SelectionOptions))
-        options.takes_only(context, "with --dataset", "file", "dataset", "a", *choosing)
-        _write_dataset(file, a, choice, force, db)
+        options.takes_only(context, "with --dataset", "file", "dataset", "a", "code", *choosing)
+        _write_dataset(file, a, code, choice, force, db)
         return
     if file is not None and file.suffix.lower() == COPY:
         options.takes_only(
@@ -110,7 +111,7 @@ def export(
     usual = ("code",) if by_bounce else (*WRITTEN, *["words"] * classes)
     names = asked_columns(columns, usual, a, OF_CATALOGUE if by_bounce else ())
     names += _PLACED if by_bounce else ()
-    with snapshot(db, a, choice) as (catalogue, selections):
+    with snapshot(db, a, choice, code=chosen_codes(code)) as (catalogue, selections):
         listing = catalogue.rows(selections, columns=names, order=order, limit=limit, classes=classes)
         count = _write(listing, by_bounce, file, kind, many_a(a))
         complete, subject = listing.complete, listing.describe()
@@ -178,12 +179,20 @@ def _write_atlas(
 
 
 def _write_dataset(
-    folder: Path | None, a: Sequence[GivenValues] | None, choice: SelectionOptions, force: bool, db: Path
+    folder: Path | None,
+    a: Sequence[GivenValues] | None,
+    code: Sequence[str] | None,
+    choice: SelectionOptions,
+    force: bool,
+    db: Path,
 ) -> None:
     """Write a folder with the chosen words of whole periods, at the given a or at every stored a."""
     if folder is None or str(folder) == "-":
         raise InputError("name the folder of the dataset, such as 'orbitdb export stadium-data --dataset'")
-    with snapshot(db, a or [GivenValues()], choice) as (catalogue, selections), progress("dataset") as shown:
+    with (
+        snapshot(db, a or [GivenValues()], choice, (), chosen_codes(code)) as (catalogue, selections),
+        progress("dataset") as shown,
+    ):
         dataset = catalogue.write_dataset(folder, selections, force=force, progress=shown)
     notes(f"{text}: nothing is written" if text in dataset.absent else text for text in dataset.notes)
     if not dataset.words:

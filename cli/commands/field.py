@@ -34,7 +34,7 @@ def field(
     counts: Annotated[
         bool, typer.Option("--counts", help="Count the orbits of whole periods instead of listing words.")
     ] = False,
-    a: options.StoredHalfLength = None,
+    a: options.HalfLength = None,
     choice: SelectionOptions,
     limit: options.Limit = None,
     output: Output,
@@ -76,7 +76,7 @@ def _followed(
 ) -> "FieldOrbits":
     """Follow the given words into the field, or else the chosen ones."""
     if not (words or code):
-        with progress("following") as shown, snapshot(db, a, choice) as (catalogue, (chosen,)):
+        with progress("following") as shown, snapshot(db, a, choice, usual=()) as (catalogue, (chosen,)):
             return catalogue.field(kappa, chosen, progress=shown)
     codes = primitive_words(given_codes(words, code))
     if not codes:

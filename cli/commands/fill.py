@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import MOST_JOBS, Database, HalfLength, Jobs, takes_only
 from orbitdb.cli.output import Output, code_text, confirm, note, notes, progress
-from orbitdb.cli.snapshots import bring, given_codes, primitive_words
+from orbitdb.cli.snapshots import bring, given_a, given_codes, primitive_words
 from orbitdb.errors import InputError
 from orbitdb.text import format_float, gigabytes, several
 
@@ -103,7 +102,7 @@ def written(periods: Sequence[int]) -> str:
 
 
 def planned(
-    periods: Sequence[int], a: float, solvers: Solvers, db: Path, dry_run: bool, **how: Any
+    periods: Sequence[int], a: float | None, solvers: Solvers, db: Path, dry_run: bool, **how: Any
 ) -> "tuple[Catalogue, str, Need]":
     """Return a catalogue, what is to be done in it, and what that takes (`Catalogue.estimate`).
 
@@ -112,7 +111,8 @@ def planned(
     from orbitdb.catalogue import Catalogue
     from orbitdb.filling.estimate import LARGE, about
 
-    catalogue, span = Catalogue(db, a, missing_ok=True), f"p = {written(periods)} at a = {format_float(a)}"
+    (at,) = given_a(db, a)
+    catalogue, span = Catalogue(db, at, missing_ok=True), f"p = {written(periods)} at a = {format_float(at)}"
     coming = catalogue.estimate(periods, jobs=solvers.number(), **how)
     if dry_run or coming.words >= LARGE:
         room = f" and up to {gigabytes(coming.bytes)}" if coming.bytes else ""
@@ -152,7 +152,7 @@ def fill(
     *,
     context: typer.Context,
     p: options.SomePeriodsToMake = None,
-    a: HalfLength = USUAL_A,
+    a: HalfLength = None,
     code: Annotated[
         list[str] | None, typer.Option(help="Store only this word; repeatable; - reads words from stdin.")
     ] = None,
@@ -210,15 +210,16 @@ _FEW_WORDS = 10
 """Up to this many words have a line each; more, or those from stdin, have one summary."""
 
 
-def _fill_words(codes: Sequence[str], a: float, method: str, db: Path, dry_run: bool) -> None:
+def _fill_words(codes: Sequence[str], a: float | None, method: str, db: Path, dry_run: bool) -> None:
     from orbitdb.catalogue import Catalogue
 
+    (at,) = given_a(db, a)
     words, start = primitive_words(given_codes(codes)), time.monotonic()
     if dry_run:
-        note(f"{several(len(words), 'word')} to solve at a = {format_float(a)}, in {db}")
+        note(f"{several(len(words), 'word')} to solve at a = {format_float(at)}, in {db}")
         return
     bring(db)
-    orbits = Catalogue(db, a).fill(code=words, method=method)
+    orbits = Catalogue(db, at).fill(code=words, method=method)
     if len(words) <= _FEW_WORDS and "-" not in codes:
         for orbit in orbits:
             kept = "" if orbit.stored else "; not stored"
@@ -234,7 +235,7 @@ def _fill_words(codes: Sequence[str], a: float, method: str, db: Path, dry_run: 
 def sweep(
     *,
     p: options.PeriodsToMake,
-    a: HalfLength = USUAL_A,
+    a: HalfLength = None,
     solvers: Solvers,
     dry_run: DryRun = False,
     output: Output,
@@ -258,7 +259,7 @@ def sweep(
     note(f"{span}: {several(coming.words, 'word')}, {time.monotonic() - start:.1f} s, in {db}")
     rows = [sweep.row() for sweep in sweeps]
     if filled := sorted(set(periods).difference(row["p"] for row in rows)):
-        note(f"{written_periods(filled)} at a = {format_float(a)}: filled, so no sweep is needed")
+        note(f"{written_periods(filled)} at a = {format_float(catalogue.a)}: filled, so no sweep is needed")
     if rows:
         output.write(list(rows[0]), ([*row.values()] for row in rows))
 

@@ -71,7 +71,7 @@ def identify(
             f"with --length, {ON_SCREEN} in a table, otherwise all].",
         ),
     ] = None,
-    a: options.StoredHalfLength = None,
+    a: options.HalfLength = None,
     output: Output,
     db: options.Database,
 ) -> None:

@@ -2,7 +2,6 @@
 
 from itertools import groupby
 from operator import itemgetter
-from typing import Annotated
 
 import typer
 
@@ -42,7 +41,7 @@ def info(*, output: Output, db: options.Database) -> None:
 
 def delete(
     *,
-    a: Annotated[float, options.a_option()],
+    a: options.GivenHalfLength,
     p: options.Periods = None,
     yes: options.Yes = False,
     db: options.Database,

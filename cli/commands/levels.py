@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import Parities, SomeRange, read_range
 from orbitdb.cli.output import Output, note, notes, progress
-from orbitdb.cli.snapshots import storable
+from orbitdb.cli.snapshots import given_a, snapshot_at, storable
 from orbitdb.errors import InputError
 from orbitdb.text import several
 
@@ -34,7 +33,7 @@ def levels(
         str, typer.Option(help="elements (spectral elements), or orbits (from stored orbits, less precise).")
     ] = "elements",
     parity: Parities = None,
-    a: options.HalfLength = USUAL_A,
+    a: options.HalfLength = None,
     jobs: options.Jobs = None,
     store: options.Store = None,
     output: Output,
@@ -64,7 +63,13 @@ def levels(
 
 
 def _from_elements(
-    k: str, parity: str | None, a: float, jobs: int | None, store: bool | None, output: Output, db: Path
+    k: str,
+    parity: str | None,
+    a: float | None,
+    jobs: int | None,
+    store: bool | None,
+    output: Output,
+    db: Path,
 ) -> int:
     """Find levels with spectral elements, save them if a catalogue is given, and return their number."""
     from orbitdb.billiard.stadium import Stadium
@@ -73,10 +78,10 @@ def _from_elements(
     from orbitdb.quantum.weyl import parities_of
 
     low, high = read_range("--k", k)
-    parities = parities_of(parity)
+    (at,), parities = given_a(db, a), parities_of(parity)
     for one in parities:
-        list(windows(Stadium(a), one, low, high))  # a refused range must leave no file
-    catalogue = Catalogue(db, a, missing_ok=True)
+        list(windows(Stadium(at), one, low, high))  # a refused range must leave no file
+    catalogue = Catalogue(db, at, missing_ok=True)
     keeps = storable(catalogue, store)
     with progress("levels") as shown:
         listed = catalogue.fill_levels(low, high, parities=parities, jobs=jobs, store=keeps, progress=shown)
@@ -89,13 +94,11 @@ def _rows(levels: "Levels") -> "Iterator[tuple[float, float, str]]":
     return zip(levels.k.tolist(), levels.error.tolist(), levels.parity.tolist(), strict=True)
 
 
-def _from_orbits(k: str | None, parity: str | None, a: float, output: Output, db: Path) -> int:
+def _from_orbits(k: str | None, parity: str | None, a: float | None, output: Output, db: Path) -> int:
     """Show the levels computed from the stored orbits; return their number."""
-    from orbitdb.catalogue import Catalogue
-
     low, high = (0.0, None) if k is None else read_range("--k", k)
-    with progress("summing orbits"), Catalogue(db, a).snapshot() as then:
-        listed = then.levels(high, parity=parity, method="orbits")
+    with progress("summing orbits"), snapshot_at(db, a) as (then, at):
+        listed = then.levels(high, parity=parity, method="orbits", a=at)
         exact = then.stored_counterparts(listed)
     shown = [(*row, of) for row, of in zip(_rows(listed), exact, strict=True) if row[0] >= low]
     output.write((*COLUMNS, "exact"), shown)

@@ -81,7 +81,7 @@ def plot(
         Path, options.path_option("--output", "-o", help="Name ending in .png, .svg or .pdf; - for stdout.")
     ],
     code: options.Codes = None,
-    a: options.StoredHalfLengths = None,
+    a: options.HalfLengths = None,
     choice: SelectionOptions,
     order: options.Order = "p",
     over_a: Annotated[

@@ -27,6 +27,7 @@ from orbitdb.cli.output import (
 from orbitdb.cli.snapshots import OF_CATALOGUE, asked_columns, given_codes, primitive_words, snapshot, solving
 from orbitdb.columns import EVERY, GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
+from orbitdb.orbits.status import Status
 from orbitdb.text import format_float, guess
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def query(
     context: typer.Context,
     words: options.Words = None,
     code: options.Codes = None,
-    a: options.StoredHalfLengths = None,
+    a: options.HalfLengths = None,
     choice: SelectionOptions,
     classes: options.Classes = False,
     order: options.Order = "p",
@@ -78,8 +79,8 @@ def query(
     """Show an orbit by its code, or rows of the catalogue.
 
     A word that is not stored is solved on the spot. Each row is a word, written as its least rotation. You
-    see the words of every status except geometric, unless you choose others with --status. 'orbitdb columns'
-    explains the columns.
+    see orbits, unless you choose words of other statuses with --status. 'orbitdb columns' explains the
+    columns.
     """
     if words or code:
         options.takes_only(context, "with --code", "words", "code", "a", "columns", "by_bounce")
@@ -90,10 +91,11 @@ def query(
         raise InputError(
             "--by-bounce needs WORD; 'orbitdb export --by-bounce' writes the bounces of many orbits"
         )
-    usual = (*TABLE_COLUMNS, *_sorted_by(order)) if output.for_people else WRITTEN
-    names = asked_columns(columns, (*usual, *["words"] * classes), a)
-    names = (*names, *_bounds_of(names, output))
     with snapshot(db, a, choice) as (catalogue, selections):
+        in_table = (*_in_table(selections[0].statuses), *_sorted_by(order))
+        usual = (*(in_table if output.for_people else WRITTEN), *["words"] * classes)
+        names = asked_columns(columns, usual, a)
+        names = (*names, *_bounds_of(names, output))
         listing = catalogue.rows(
             selections, columns=names, order=order, limit=limit, offset=offset, classes=classes
         )
@@ -105,7 +107,7 @@ def query(
             note(text)
         if total and output.table:
             note(f"{listing.describe(total)}{not_shown(count, total, remedy=not offset)}")
-    if not count:
+    if not count and not (total and limit == 0):
         raise typer.Exit(1)
 
 
@@ -113,6 +115,15 @@ def _bounds_of(names: Sequence[str], output: Output) -> list[str]:
     """Return the columns with the bounds of the named ones if --uncertainty needs them."""
     bounds = [f"{name}_error" for name in names] if output.uncertainty else []
     return [name for name in bounds if name in OF_CATALOGUE and name not in names]
+
+
+def _in_table(statuses: Sequence[Status]) -> tuple[str, ...]:
+    """Return the columns of a table of words with these statuses, without those that none of them has."""
+    if set(statuses) == {Status.GEOMETRIC}:
+        return ("code", "p", "status", "rules")
+    if statuses and not {*statuses} & {Status.ORBIT, Status.BOUNDARY}:
+        return ("code", "p", "status", "margin", "born", "time_reversal")
+    return TABLE_COLUMNS
 
 
 def _sorted_by(order: str) -> list[str]:

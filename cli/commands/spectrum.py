@@ -49,7 +49,7 @@ def spectrum(
         bool,
         typer.Option("--terms", help="List the terms of the trace formula, by orbit and repetition."),
     ] = False,
-    a: options.StoredHalfLength = None,
+    a: options.HalfLength = None,
     output: Output,
     db: options.Database,
 ) -> None:
@@ -100,7 +100,7 @@ def scars(
     ],
     parity: Parities = None,
     order: Annotated[str, typer.Option(help="above, strength (the largest first) or k.")] = "above",
-    a: options.StoredHalfLength = None,
+    a: options.HalfLength = None,
     output: Output,
     db: options.Database,
 ) -> None:

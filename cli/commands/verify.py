@@ -3,16 +3,16 @@
 import time
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import astuple, replace
+from dataclasses import astuple
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, note, notes, progress
+from orbitdb.cli.snapshots import chosen_codes
 from orbitdb.text import several
 
 if TYPE_CHECKING:
@@ -44,6 +44,7 @@ def verify(
         ),
     ] = None,
     a: Annotated[float | None, options.a_option(" [default: all stored]")] = None,
+    code: options.OnlyCodes = None,
     choice: SelectionOptions,
     sample: Annotated[
         int | None, options.count_option(least=1, help="Check only this many classes, drawn at random.")
@@ -82,19 +83,16 @@ def verify(
     if sample is None and not restarts:
         options.refuse_idle(context, "without --sample or --restarts", "seed")
     start = time.monotonic()
-    catalogue = Catalogue(db)
+    criteria, catalogue = choice.criteria(code=chosen_codes(code)), Catalogue(db)
     with catalogue.snapshot() as then:
         stored = then.a_values(with_levels=True)
-        subset = choice.at(USUAL_A)
         if a is not None and a not in stored:
             note(f"{'; '.join(then.rows(a=a).notes)}; there is nothing to check")
             raise typer.Exit(1)
-    each = [replace(subset, a=at) for at in stored]  # a stored value may be invalid
-    chosen = (each or None) if a is None else replace(subset, a=a)
     with progress("the catalogue") as shown:
         found = catalogue.verify(
-            chosen, sample=sample, restarts=restarts, seed=seed, births=births, prove=prove, jobs=jobs,
-            progress=shown,
+            sample=sample, restarts=restarts, seed=seed, births=births, prove=prove, jobs=jobs,
+            progress=shown, a=a, **criteria,
         )  # fmt: skip
     notes(found.notes)
     _report(found.checks, catalogue.path, start, output)

@@ -17,15 +17,15 @@ from orbitdb.errors import AlteredError, InputError, NotStoredError
 from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.lives import counts_at
-from orbitdb.store.lookup import WITH_ORBITS, a_values, default_among
+from orbitdb.store.lookup import WITH_ORBITS, a_values, default_a
 from orbitdb.store.periods import Fill, Sweep, read_birth_fills, read_fills, read_pruned_fills, read_sweeps
-from orbitdb.store.select import asks_of_lives, parse_order
+from orbitdb.store.select import asks_of_lives, count, parse_order
 from orbitdb.store.selection import Selection, SelectionError, written_periods
 from orbitdb.store.sqlite import DATABASE_ERRORS, Connection
 from orbitdb.store.where import check, codes_are_texts, reads_codes
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_pruned, rules_of_pattern
-from orbitdb.text import format_float, shortened
+from orbitdb.text import format_float, several, shortened
 
 if TYPE_CHECKING:
     from orbitdb.orbits.exponents import Tally
@@ -178,6 +178,9 @@ class Coverage:
             hint = (
                 f"; {shortened(chosen.contains)} breaks rule {rules}: only geometrically pruned words have it"
             )
+        if chosen.statuses and (others := count(self.connection, replace(chosen, statuses=()))):
+            are = "is" if others == 1 else "are"
+            hint = f"; there {are} {several(others, 'word')} of other statuses (--status all){hint}"
         return f"no {chosen.describe()}{' among the stored words' if lacking else ''}{hint}"
 
     def _check_rows(self) -> None:
@@ -406,7 +409,7 @@ def describe_contents(connection: Connection, a: float | None) -> str:
     """Return one line that says which periods are filled, first at the given or at the default a."""
     values = a_values(connection, WITH_ORBITS)
     try:
-        own = [default_among(values) if a is None else a]
+        own = [default_a(connection) if a is None else a]
     except InputError:
         own = []
     others = [other for other in values if other not in own]

@@ -23,7 +23,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import columns_of
 from orbitdb.entropy_bounds.bounds import BALLS, EntropyBounds, search
 from orbitdb.orbits.exponents import Tally
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import STORED, Status
 from orbitdb.store.selection import Selection, written_periods
 from orbitdb.store.sqlite import Connection
 from orbitdb.store.stored_values import tightest_bounds
@@ -68,11 +68,15 @@ def table_of_rows(chosen: Selection, periods: Sequence[int], p: Integers, status
     """Return the paper's Table 1 for rows that were already read (`Subset.table`)."""
     tallies = {}
     for period in periods:
-        own, words = status[p == period], least[p == period]
+        rows = (p == period) & (status != Status.GEOMETRIC.value)
+        own, words = status[rows], least[rows]
         orbits, *apart = (own == kind.value for kind in (Status.ORBIT, Status.BOUNDARY, Status.UNRESOLVED))
         others = (int(marks.sum()) for marks in apart)
         tallies[period] = Tally(len(own), int(orbits.sum()), len(set(words[orbits].tolist())), *others)
-    return Result(chosen, _table(periods, tallies), (chosen.describe(),))
+    columns = _table(periods, tallies)
+    if chosen.statuses and not {*STORED} - {Status.GEOMETRIC} <= {*chosen.statuses}:  # some were not read
+        columns |= {name: [None] * len(tallies) for name in ("N_t", "boundary", "unresolved")}
+    return Result(chosen, columns, (chosen.describe(),))
 
 
 def _table(periods: Sequence[int], tallies: Mapping[int, Tally]) -> dict[str, list[Any]]:

@@ -52,6 +52,8 @@ class Listing:
         Maximum number of rows, and number of rows skipped first; both at each a.
     classes : bool
         Whether each symmetry class with chosen words has one row, that of the least of them.
+    on_a : tuple of str
+        The last of the notes if no a was named: which one was taken.
 
     Examples
     --------
@@ -69,6 +71,7 @@ class Listing:
     limit: int | None = None
     offset: int = 0
     classes: bool = False
+    on_a: tuple[str, ...] = ()
     _known: tuple[Connection, list[int]] | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
@@ -137,7 +140,7 @@ class Listing:
 
     def _notes(self, connection: Connection) -> tuple[str, ...]:
         absent = self._absent(connection)  # first, because it refuses a wrong expression
-        return (*self._gaps(connection), *absent)
+        return (*self._gaps(connection), *absent, *self.on_a)
 
     def _gaps(self, connection: Connection) -> tuple[str, ...]:
         covered = (Coverage(connection, chosen) for chosen in self.selections)

@@ -19,7 +19,7 @@ from orbitdb.orbits.orbits import NUMBERS
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store.file import reading
-from orbitdb.store.sqlite import cursor_of
+from orbitdb.store.sqlite import cursor_of, path_of
 from orbitdb.store.views import classes, life
 from orbitdb.symbols.symmetry import SymmetryClass, act_on_areas, class_of, image_coordinates
 from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
@@ -230,19 +230,33 @@ def a_values(connection: Connection, tables: Sequence[str] = ()) -> list[float]:
     return list(connection.scalars(query))
 
 
+def with_data(connection: Connection) -> list[float]:
+    """Return the values of a, in order, of which questions take one by default.
+
+    They are those with periods, single words or sweeps; if there are none, those with quantum levels.
+    """
+    fills = select(t.level_fill.c.a).distinct().order_by(t.level_fill.c.a)
+    return a_values(connection, WITH_ORBITS) or list(connection.scalars(fills))
+
+
 def default_a(connection: Connection) -> float:
-    """Return the default a of a catalogue (`default_among`)."""
-    return default_among(a_values(connection, WITH_ORBITS))
-
-
-def default_among(values: Sequence[float]) -> float:
-    """Return the default a: the only stored value if there is just one, otherwise 1.6.
+    """Return the a of questions that name none: the only stored value if there is just one, otherwise 1.6.
 
     Raises `InputError` if there are several values but 1.6 is not one of them.
     """
+    values = with_data(connection)
     if len(values) == 1:
         return values[0]
     if values and USUAL_A not in values:
         stored = ", ".join(map(format_float, values))
         raise InputError(f"orbits are stored at a = {stored}: name one with --a, or with a= in Python")
     return USUAL_A
+
+
+def note_on_a(connection: Connection) -> str | None:
+    """Return a line that says which a is the default; None if it is 1.6 and no other one is stored."""
+    values, a = with_data(connection), format_float(default_a(connection))
+    if values in ([], [USUAL_A]):
+        return None
+    which = "the only value" if len(values) == 1 else f"of {len(values)} values"
+    return f"a = {a}, {which} in {path_of(connection).name}"

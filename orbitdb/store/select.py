@@ -36,7 +36,7 @@ from orbitdb.symbols.symmetry import (
     images_of,
     images_of_pattern,
 )
-from orbitdb.symbols.words import least_rotation
+from orbitdb.symbols.words import MAX_KEYED, key, least_rotation
 
 VIEWED = tuple(column.name for column in IN_CATALOGUE)
 """The columns of the view ``catalogue``."""
@@ -373,6 +373,10 @@ def conditions_of(selection: Selection, view: FromClause) -> list[ColumnElement[
     for name, (low, high) in selection.ranges.items():
         found += [] if low is None else [own[name] >= low]
         found += [] if high is None else [own[name] <= high]
+    if selection.codes:
+        found.append(own.code.in_(selection.codes))
+        if max(map(len, selection.codes)) <= MAX_KEYED and "id" not in own:
+            found.append(own.cycle.in_([key(class_of(code).representative) for code in selection.codes]))
     if selection.contains is not None:
         found.append(_has(own, selection.contains))
         if len(selection.contains) <= _LONGEST_PATTERN and "id" not in own:
@@ -427,7 +431,8 @@ def is_of_classes(selection: Selection) -> bool:
     Raises `SelectionError` if the expression of the selection is invalid.
     """
     by_class = selection.where is None or check(selection.where, selection.parameters).of_classes
-    return by_class and selection.contains is None and not (selection.without or selection.opening)
+    of_words = selection.codes or selection.contains or selection.without or selection.opening
+    return by_class and not of_words
 
 
 def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:

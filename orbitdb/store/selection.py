@@ -4,8 +4,8 @@ A value that cannot be read raises `SelectionError`; the message says how to wri
 """
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from inspect import Parameter, Signature, signature
 from numbers import Integral, Real
 from typing import Any, TypeAlias, TypedDict, TypeVar, Unpack
@@ -17,7 +17,7 @@ from orbitdb.open_stadium.openings import Opening, parse_openings, spans_on
 from orbitdb.orbits.status import STORED, Status
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.symmetry import NAMES, label, smallest_group
-from orbitdb.symbols.words import parse
+from orbitdb.symbols.words import least_rotation, parse, parse_primitive
 from orbitdb.text import format_float, guess, parse_int, printable, real, several, shortened
 
 MEASURES = (
@@ -54,6 +54,8 @@ class Selection:
         ``self`` or ``pair``.
     symmetry : str or None
         The exact symmetry label, such as ``x,T,xT``.
+    codes : tuple of str
+        Words, as least rotations; empty for all.
     contains : str or None
         Consecutive symbols of the word, read cyclically.
     without : tuple of str
@@ -76,6 +78,7 @@ class Selection:
     statuses: tuple[Status, ...] = ()
     time_reversal: str | None = None
     symmetry: str | None = None
+    codes: tuple[str, ...] = ()
     contains: str | None = None
     without: tuple[str, ...] = ()
     opening: tuple[Opening, ...] = ()
@@ -88,6 +91,9 @@ class Selection:
     @classmethod
     def from_criteria(cls, **criteria: "Unpack[Criteria]") -> "Selection":
         """Return the selection for the criteria of `Catalogue.select`; a is 1.6 by default.
+
+        If no status is named, orbits are chosen; but every status if words are named (`code`), if `exists`,
+        `not_at`, `born` or `dies` ask for lives, or if `where` names the columns of these or of the status.
 
         Raises
         ------
@@ -108,12 +114,13 @@ class Selection:
         if reversal not in (None, *REVERSALS):
             raise SelectionError(f"reversal {reversal!r}: use self or pair")
         ranges = {name: _pair(name, given[name]) for name in MEASURES if name in given}
-        return cls(
+        chosen = cls(
             a=Stadium(given.get("a", USUAL_A)).a,
             periods=parse_periods(listed(given["p"])) if "p" in given else (),
-            statuses=parse_statuses(listed(given["status"])) if "status" in given else (),
+            statuses=parse_statuses(given.get("status", ())),
             time_reversal=reversal,
             symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
+            codes=_each(given, "code", _code, _MOST_CODES),
             contains=parse(given["contains"]) if "contains" in given else None,
             without=_each(given, "without", parse),
             opening=parse_openings(given.get("opening", ())),
@@ -123,6 +130,17 @@ class Selection:
             where=where,
             parameters=parameters,
         )
+        return chosen if "status" in given else replace(chosen, statuses=chosen.usual_statuses)
+
+    @property
+    def usual_statuses(self) -> tuple[Status, ...]:
+        """The statuses that are chosen if none is named (`from_criteria`)."""
+        bare = re.sub(r"'[^']*'", "", self.where or "").lower()
+        named = {name for name in OF_STATUS if re.search(rf"\b{name}\b", bare)}
+        if "rules" in named or ("status" in named and Status.GEOMETRIC in (self.where or "")):
+            return STORED
+        lives = self.exists or self.not_at or self.ranges.keys() & OF_STATUS
+        return () if named or lives or self.codes else (Status.ORBIT,)
 
     def check_opening(self) -> None:
         """Raise `OpeningError` if an opening does not fit on the boundary at this a."""
@@ -151,6 +169,9 @@ class Selection:
         parts = []
         if self.symmetry:
             parts.append("without symmetry" if self.symmetry == "1" else f"with symmetry {self.symmetry}")
+        if self.codes:
+            named = f"with code {' or '.join(shortened(code, 60) for code in self.codes)}"
+            parts.append(named if len(self.codes) <= _MOST_VALUES else f"of {len(self.codes)} codes")
         if self.contains:
             parts.append(f"containing {shortened(self.contains, 60)}")
         if self.without:
@@ -237,11 +258,12 @@ def unknown_column(name: str, columns: Sequence[str]) -> SelectionError:
 class Criteria(TypedDict, total=False):
     """Keyword arguments of `Selection.from_criteria`."""
 
-    a: float | Iterable[float] | None
+    a: float | Iterable[float] | str | None
     p: int | str | Iterable[int] | None
     status: Status | str | Iterable[Status | str] | None
     time_reversal: str | None
     symmetry: str | None
+    code: str | Iterable[str] | None
     contains: str | None
     without: str | Iterable[str] | None
     opening: str | Opening | Iterable[str | Opening] | None
@@ -259,6 +281,9 @@ class Criteria(TypedDict, total=False):
     dies: Bounds | None
     walls: int | Bounds | None
 
+
+OF_STATUS = frozenset({"status", "rules", "born", "dies"})
+"""Columns that make a condition or a count mean words of every status."""
 
 _Value = TypeVar("_Value")
 _Method = TypeVar("_Method", bound=Callable[..., Any])
@@ -331,7 +356,7 @@ _LARGEST = 2**63
 
 
 _PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
-_MOST_RANGES = 100
+_MOST_RANGES, _MOST_CODES = 100, 10_000
 
 
 def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
@@ -427,8 +452,11 @@ def parse_symmetry(text: str) -> str:
     return group
 
 
-def parse_statuses(text: str) -> tuple[Status, ...]:
-    """Read statuses separated by commas; ``all`` means every status."""
+def parse_statuses(value: Status | str | Iterable[Status | str]) -> tuple[Status, ...]:
+    """Read statuses, also as a text with commas; ``all`` or an empty list means every status."""
+    text = listed(value)
+    if isinstance(value, Collection) and not isinstance(value, str) and not value:
+        return ()
     if text.strip() == "all":
         return STORED
     try:
@@ -443,14 +471,20 @@ def parse_statuses(text: str) -> tuple[Status, ...]:
     return statuses
 
 
-def _each(given: Mapping[str, Any], name: str, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
+def _each(
+    given: Mapping[str, Any], name: str, read: Callable[[Any], _Value], most: int = _MOST_RANGES
+) -> tuple[_Value, ...]:
     """Read one value or several of a criterion, and drop duplicates."""
     values = given.get(name, ())
     alone = isinstance(values, str) or not isinstance(values, Iterable)
     found = tuple(dict.fromkeys(map(read, (values,) if alone else values)))
-    if len(found) > _MOST_RANGES:
-        raise SelectionError(f"{name}: {len(found)} values, more than {_MOST_RANGES}; give fewer")
+    if len(found) > most:
+        raise SelectionError(f"{name}: {len(found)} values, more than {most}; give fewer")
     return found
+
+
+def _code(word: str) -> str:
+    return least_rotation(parse_primitive(word))
 
 
 def _half_length(a: float) -> float:

@@ -124,7 +124,7 @@ def test_a_result_shows_its_rows_and_notes_at_the_prompt(catalogue, monkeypatch)
 
 def test_a_long_result_shows_its_first_twenty_rows(catalogue):
     subset = catalogue.select(p="2-4", order="length")
-    assert str(subset) == "<41 words of period 2 to 4 at a = 1.6>"
+    assert str(subset) == "<41 orbits of period 2 to 4 at a = 1.6>"
     title, heading, *rows, more = repr(subset).splitlines()
     assert (title, heading.split()[:2], more) == (str(subset), ["code", "p"], "... and 21 more rows")
     assert [row.split()[0] for row in rows] == subset.code[:20].tolist()

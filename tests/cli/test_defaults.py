@@ -21,11 +21,11 @@ def of(function: Callable[..., Any], name: str) -> str:
     return str(signature(function).parameters[name].default)
 
 
-A = repr(Stadium().a)
+ONLY = f"the only one stored, else {Stadium().a!r}"
 ORDER = of(Catalogue.select, "order")
 DEFAULTS: dict[str, dict[str, str | None]] = {
-    "fill": {"--a": A, "--method": of(fill_periods, "method")},
-    "query": {"--a": f"the only one stored, else {A}", "--order": ORDER},
+    "fill": {"--a": ONLY, "--method": of(fill_periods, "method")},
+    "query": {"--a": ONLY, "--order": ORDER},
     "identify": {
         "--limit": f"{SHOWN}; with --length, 40 in a table, otherwise all",
         "--bounces": str(BOUNCES),
@@ -33,7 +33,11 @@ DEFAULTS: dict[str, dict[str, str | None]] = {
     },
     "lyapunov": {"--weight": of(Catalogue.lyapunov, "weight")},
     "spectrum": {"--resolution": of(Catalogue.spectrum, "resolution")},
-    "simulate": {"--a": A, "--seed": of(simulate, "seed"), "--store": "if there is one, or one can be made"},
+    "simulate": {
+        "--a": ONLY,
+        "--seed": of(simulate, "seed"),
+        "--store": "if there is one, or one can be made",
+    },
     "export": {"--order": ORDER, "--format": None},
     "verify": {"--restarts": of(verify, "restarts"), "--seed": of(verify, "seed")},
 }

@@ -35,7 +35,18 @@ def test_several_a_give_the_rows_of_each_with_its_a(cli, varied, command, asked)
 
 def test_an_order_sorts_the_rows_of_all_a_together(cli, varied):
     """One table: stored columns, descending order, empty values, and a slice of it."""
-    line = ("query", "--a", "all", "--p", "2-5", "--json", "--db", str(varied))
+    line = (
+        "query",
+        "--a",
+        "all",
+        "--p",
+        "2-5",
+        "--status",
+        "orbit,dynamical,boundary",
+        "--json",
+        "--db",
+        str(varied),
+    )
     names = "-c", "a,code,p,representative,element,status,length"
     rows = json.loads(cli(*line, *names, "--order", "status desc,length desc").out)
     assert len(rows) > 200

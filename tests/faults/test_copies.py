@@ -57,7 +57,7 @@ def test_a_copy_in_a_snapshot_is_that_of_the_snapshot(own, tmp_path):
         assert then.count(p=7) == 0
         list(fill_periods(own, 1.6, [7]))
         then.copy(tmp_path / "copy.db")
-    assert (Catalogue(tmp_path / "copy.db").count(p=7), catalogue.count(p=7)) == (0, 712)
+    assert (Catalogue(tmp_path / "copy.db").count(p=7), catalogue.count(p=7)) == (0, 376)
 
 
 @pytest.mark.slow

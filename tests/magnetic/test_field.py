@@ -22,7 +22,7 @@ def by_code(orbits, name):
 
 
 def test_without_a_field_it_is_the_catalogue(catalogue):
-    orbits, stored = catalogue.field(0, p="2-7"), catalogue.select(p="2-7")
+    orbits, stored = catalogue.field(0, p="2-7"), catalogue.select(p="2-7", status=())
     assert orbits.code.tolist() == stored.code.tolist()
     real = stored.status == "orbit"
     assert ((orbits.status == "orbit") == real).all()
@@ -178,9 +178,9 @@ def test_notes_say_where_the_list_ends(catalogue):
 
 def test_criteria_choose_stored_rows(catalogue):
     orbits = catalogue.field(0.1, p="2-8", length=(None, 14), time_reversal="pair")
-    stored = catalogue.select(p="2-8", length=(None, 14), time_reversal="pair")
+    stored = catalogue.select(p="2-8", status=(), length=(None, 14), time_reversal="pair")
     assert orbits.code.tolist() == stored.code.tolist()
-    assert catalogue.field(0.1).code.tolist() == catalogue.select().code.tolist()
+    assert catalogue.field(0.1).code.tolist() == catalogue.select(status=()).code.tolist()
 
 
 def test_a_data_frame_has_the_json_columns(catalogue, cli, filled):

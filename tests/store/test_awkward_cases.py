@@ -48,7 +48,7 @@ FILTERS = {
     "criteria", [{"p": "2-8"}, {"p": 4}, {"p": "3,5-6", "walls": (0, 2)}, {"p": 8, "contains": "02"}]
 )
 def test_a_filter_narrows_the_other_criteria(catalogue, words, where, criteria):
-    chosen = Selection.from_criteria(a=1.6, **criteria)
+    chosen, criteria = Selection.from_criteria(a=1.6, **criteria), {"status": (), **criteria}
     least, most = criteria.get("walls", (0, 99))
     expected = {
         word["code"]
@@ -67,10 +67,11 @@ def test_a_filter_narrows_the_other_criteria(catalogue, words, where, criteria):
 def test_zero_is_a_value(catalogue, words, cli, awkward):
     straight = {word["code"] for word in words if word["walls"] == 0}
     for asked in ({"walls": 0}, {"walls": (0, 0)}, {"where": "walls = :n", "parameters": {"n": 0}}):
-        assert {code for (code,) in catalogue.rows(p="2-8", columns=("code",), **asked)} == straight
-    assert (
-        catalogue.count(p="2-8", walls=(None, 0)) == len(straight) < catalogue.count(p="2-8", walls=(0, None))
-    )
+        assert {
+            code for (code,) in catalogue.rows(p="2-8", columns=("code",), status=(), **asked)
+        } == straight
+    least, more = (catalogue.count(p="2-8", walls=span, status=()) for span in ((None, 0), (0, None)))
+    assert least == len(straight) < more
     assert [*catalogue.rows(p="2-8", limit=0)] == []
     assert catalogue.count(p="2-8", length=(None, 0)) == 0
     orbits = [word for word in words if word["length"] is not None]
@@ -81,6 +82,8 @@ def test_zero_is_a_value(catalogue, words, cli, awkward):
         "1.6",
         "--p",
         "2-8",
+        "--status",
+        "orbit,dynamical,boundary",
         "--where",
         "walls = :n",
         "--parameter",
@@ -109,6 +112,7 @@ def test_negative_values_are_sorted_and_missing_ones_come_last(catalogue, words,
         "columns": (name,),
         "order": f"{name}{' desc' * falls}",
         "contains": contains or None,
+        "status": (),
     }
     assert [value for (value,) in catalogue.rows(**asked)] == expected
     assert [value for (value,) in catalogue.rows(**asked, limit=30, offset=3)] == expected[3:33]
@@ -275,7 +279,20 @@ def test_proofs_of_orbits_that_are_gone_or_replaced_are_not_stored(awkward):
 
 
 def test_classes_have_one_row_each_in_the_order_that_was_asked_for(awkward, cli):
-    asked = ("query", "--a", "1.6", "--p", "3-5", "--classes", "--format", "csv", "-c", "code")
+    asked = (
+        "query",
+        "--a",
+        "1.6",
+        "--p",
+        "3-5",
+        "--status",
+        "orbit,dynamical,boundary",
+        "--classes",
+        "--format",
+        "csv",
+        "-c",
+        "code",
+    )
     for order, falls in (("code", False), ("code desc", True)):
         listed = cli(*asked, "--order", order).out.split()[1:]
         assert listed == sorted(listed, reverse=falls)

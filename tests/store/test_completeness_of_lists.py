@@ -68,7 +68,7 @@ def test_a_subset_does_not_count_unfilled_periods_as_zero(varied):
     some = str(catalogue.select(p="6-7", status="orbit"))
     assert some.startswith("<188 orbits of period 6 to 7 at a = 1.6; period 7 is not filled at a = 1.6 (")
     assert str(catalogue.select(p=2, length=(99, None))) == (
-        "<0 words of period 2 at a = 1.6 with length >= 99>"
+        "<0 orbits of period 2 at a = 1.6 with length >= 99>"
     )
 
 
@@ -114,8 +114,8 @@ def test_commands_default_to_the_only_a(cli, tmp_path, monkeypatch, command):
     cli("fill", "--p", "4", "--a", "1")
     done = cli(*command.split())
     assert done.code == 0
-    assert done.err.splitlines()[0] == f"a = 1, the only value in {tmp_path / 'orbits.db'}"
-    assert cli(*command.split(), "--a", "1").err.startswith("a = 1, the only") is False
+    assert "a = 1, the only value in orbits.db" in done.err.splitlines()
+    assert "the only value" not in cli(*command.split(), "--a", "1").err
     cli("fill", "--p", "4", "--a", "2")
     assert cli(*command.split()).says(2, "a = 1, 2", "--a")
 
@@ -157,11 +157,12 @@ def notes(outcome):
 
 @pytest.mark.parametrize("command", slow_but(["query"], ["query", "export"]))
 def test_rows_of_a_partial_period_are_shown_with_a_note(cli, partial, command):
-    whole = cli(command, "--format", "csv", "--p", "2-8")
+    asked = command, "--format", "csv", "--status", "all"
+    whole = cli(*asked, "--p", "2-8")
     assert notes(whole) == []
-    asked = cli(command, "--format", "csv", "--p", "2-9")
-    assert notes(asked) == [SENTENCE]
-    rows, stored = len(asked.out.splitlines()), Catalogue(partial).count(NINE)
+    done = cli(*asked, "--p", "2-9")
+    assert notes(done) == [SENTENCE]
+    rows, stored = len(done.out.splitlines()), Catalogue(partial).count(NINE)
     assert rows == len(whole.out.splitlines()) + stored
     assert 0 < stored < count_admissible(9)
 

@@ -47,7 +47,10 @@ def test_a_subset_gives_the_results_of_the_catalogue(catalogue, varied):
     for name in found.columns:
         np.testing.assert_allclose(_numbers(found[name]), _numbers(averages[name]), rtol=1e-14, atol=1e-15)
     for each in (catalogue, Catalogue(varied, a=1.0)):  # includes words through a joint
-        assert each.select(p="2-8").table().columns == each.table().columns
+        assert each.select(p="2-8", status="all").table().columns == each.table().columns
+        found = each.select(p="2-8").table()
+        assert [found["N_t"], found["boundary"], found["unresolved"]] == 3 * [len(found) * [None]]
+        assert found["N_c"] == each.table()["N_c"]
 
 
 def test_averages_of_a_subset_have_no_sum_rules(catalogue):
@@ -63,7 +66,7 @@ def test_missing_periods_are_noted(catalogue):
     assert any("not filled" in note for note in found.notes)
     assert found["h_zeta"] == catalogue.entropy(p="2-8")["h_zeta"][-2:]
     nothing = catalogue.entropy(p=12)
-    assert repr(nothing) == "\n".join(["<no words of period 12 at a = 1.6>", *nothing.facts, *nothing.notes])
+    assert repr(nothing) == "\n".join(["<no orbits of period 12 at a = 1.6>", *nothing.facts, *nothing.notes])
     assert catalogue.table(Selection(periods=((0, 1),))).notes == ("no words of period 0 to 1 at a = 1.6",)
     with pytest.raises(InputError, match="exp or det"):
         catalogue.lyapunov(weight="none")

@@ -35,7 +35,7 @@ _TABLES = {
 
 def counts_of(catalogue: Catalogue, **criteria: Any) -> Counted:
     """Return the counts from which `Catalogue.table` is made, with where they come from."""
-    criteria.setdefault("a", catalogue.a)
+    criteria = {"a": catalogue.a, "status": (), **criteria}
     with reading(catalogue.path) as connection:
         return counts(Coverage(connection, Selection.from_criteria(**criteria)))
 

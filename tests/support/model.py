@@ -124,10 +124,19 @@ def _pruned(stored: sqlite3.Row, a: float) -> Row:
 
 def chosen(rows: list[Row], criteria: dict[str, Any], conditions: dict[str, Any]) -> list[Row]:
     """Return the rows that criteria choose; for an SQL expression, `conditions` has a Python function."""
-    statuses = (criteria.get("status") or "").split(",")
+    statuses = (criteria.get("status") or usual(criteria)).split(",")
     periods = re.findall(r"(\d+)(?:-(\d+))?", criteria.get("p", "2-99"))
     where = conditions.get(criteria.get("where", ""))
     return [row for row in rows if all(_tests(row, criteria, statuses, periods, where))]
+
+
+def usual(criteria: dict[str, Any]) -> str:
+    """Return the statuses that are meant if none is named; ``solved`` are all but the geometric ones."""
+    where = criteria.get("where", "")
+    if "rules" in where or "geometric" in where:
+        return "all"
+    lives = criteria.keys() & {"exists", "not_at", "born", "dies"}
+    return "solved" if lives or any(name in where for name in ("status", "born", "dies")) else "orbit"
 
 
 def _tests(
@@ -137,7 +146,7 @@ def _tests(
     yield (
         statuses == ["all"]
         or row["status"] in statuses
-        or (statuses == [""] and row["status"] != "geometric")
+        or (statuses == ["solved"] and row["status"] != "geometric")
     )
     yield any(int(low) <= row["p"] <= int(high or low) for low, high in periods)
     yield from (criteria[name] == row[name] for name in ("time_reversal", "symmetry") if name in criteria)

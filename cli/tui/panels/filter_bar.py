@@ -79,9 +79,12 @@ class View(NamedTuple):
     def _criteria(self) -> dict[str, Any]:
         """Return the arguments of `Catalogue.select` that give these rows."""
         chosen = self.selection
+        usual = chosen.statuses == chosen.usual_statuses
+        statuses = chosen.statuses or [status for status in SHOWN if status is not Status.GEOMETRIC]
         criteria = {
             "p": ",".join(_spans(chosen)),
-            "status": ",".join(chosen.statuses),
+            "status": "" if usual else ",".join(statuses),
+            "code": list(chosen.codes),
             **{name: getattr(chosen, name) for name in ("time_reversal", "symmetry", "contains")},
             "without": list(chosen.without),
             "opening": list(map(str, chosen.opening)),
@@ -119,7 +122,10 @@ class FilterBar(Static, Working):
     def action_turn(self, name: str, step: int = 1) -> None:
         """Move a criterion to its next or previous value; after its last value comes no restriction."""
         periods = ((), *(((p, p),) for p in begun_periods(self._catalogue, self.selection.a)))
-        self.selection = turned(self.selection, name, RINGS.get(name, periods), step)
+        ring = RINGS.get(name, periods)
+        if name == "statuses":
+            ring = tuple(dict.fromkeys((*ring, self.selection.usual_statuses)))
+        self.selection = turned(self.selection, name, ring, step)
 
     def action_statuses(self) -> None:
         def take(statuses: Names) -> None:
@@ -184,11 +190,14 @@ class FilterBar(Static, Working):
         return ""
 
     def filtered(self, where: str | None) -> Selection:
-        """Return the selection with another filter and the values of --parameter that this filter uses."""
+        """Return the selection with another filter, the values that it uses, and its usual statuses."""
         used = bound_names(where or "")
         values_of_names = self._values | dict(self.selection.parameters)
         values = {name: value for name, value in values_of_names.items() if name in used}
-        return replace(self.selection, where=where, parameters=values)
+        before = self.selection
+        chosen = replace(before, where=where, parameters=values)
+        usual = before.statuses == before.usual_statuses  # a filter by status then means every status
+        return replace(chosen, statuses=chosen.usual_statuses) if usual else chosen
 
     def add(self, condition: str) -> None:
         self.selection = self.filtered(both(self.selection.where, condition))
@@ -197,7 +206,7 @@ class FilterBar(Static, Working):
 
     def action_marked(self) -> None:
         if self._shows_marked:
-            self.selection = replace(self.selection, where=self._before_marks)
+            self.selection = self.filtered(self._before_marks)
         else:
             self._choose_marked(self.selection.where)
 
@@ -221,10 +230,10 @@ class FilterBar(Static, Working):
         if words := self._kept.state.marked:
             self._before_marks = where
             self._marks = both(where, f"code in ({', '.join(map(repr, words))})")
-            self.selection = replace(self.selection, where=self._marks)
+            self.selection = self.filtered(self._marks)
         else:
             self.notify("no orbit is marked: press * to mark one")
-            self.selection = replace(self.selection, where=where)
+            self.selection = self.filtered(where)
 
 
 def equals(column: str, value: object) -> str:
