@@ -15,6 +15,11 @@ from orbitdb.averages import by_period
 from orbitdb.averages.by_period import PeriodSums, every_period, faults_of, of_divisors
 from orbitdb.averages.sum_rules import SumRules, orbits_of_words, sum_rules
 from orbitdb.averages.tilting import TiltedOrbits
+from orbitdb.billiard.stadium import Stadium
+from orbitdb.open_stadium.openings import measure
+from orbitdb.open_stadium.patterns import patterns_of
+from orbitdb.open_stadium.rates import FAST
+from orbitdb.open_stadium.tails import tails
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.periods import Sweep
@@ -190,11 +195,30 @@ def all_orbits(chosen: Selection) -> bool:
 
 
 def if_avoiding(chosen: Selection, said: str) -> str:
-    """Return what averages without a pattern mean, under a condition for filters that read codes; else ''."""
-    if chosen.without:
+    """Return what averages over some orbits mean, under a condition for filters that read codes; else ''."""
+    if chosen.without or chosen.opening:
         return said
     if chosen.where is not None and reads_codes(chosen.where):
         return f"if the filter leaves out just the words that contain some pattern, {said}"
+    return ""
+
+
+def why_no_lambda(chosen: Selection) -> str:
+    """Return the reason why the orbits that an opening leaves have no average lambda; '' if they have one."""
+    if not chosen.opening:
+        return ""
+    stadium = Stadium(chosen.a)
+    left = tails(stadium, chosen.opening, patterns_of(chosen.without))
+    if left.uncut:
+        return (
+            "no average of lambda: bouncing balls that drift from one semicircle to the other are left, for "
+            "which the averages do not converge; open a part of a straight wall"
+        )
+    if left.c2 > 0 and measure(stadium, chosen.opening) > FAST:
+        return (
+            f"no average of lambda: more than {FAST:.0%} of the boundary is open, so almost only runs along "
+            "a semicircle are left, for which the averages do not converge"
+        )
     return ""
 
 

@@ -32,7 +32,7 @@ from orbitdb.text import format_float
 _EDGES = 10
 """Edges of the longest windows if no bounds are stored; the search takes at most half a second (small a)."""
 
-_AVOIDED = "this is the growth rate of the orbits without the pattern, at most that of all orbits"
+_AVOIDED = "this is the growth rate of the orbits that are left, at most that of all orbits"
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from orbitdb.answers.complete_periods import (
     if_avoiding,
     read_noted,
     sum_rules_of,
+    why_no_lambda,
     why_no_sum_rules,
 )
 from orbitdb.answers.results import TRAJECTORIES, UP_TO_CUT, Result
@@ -138,6 +139,12 @@ _AVOIDED = (
 )
 """What averages over the words without a pattern mean, and what they do not."""
 
+_NEVER_ESCAPE = (
+    "these are averages over the orbits that never escape; at p = 11, zeta was up to 3 % above trajectories. "
+    "ln z0 is no escape rate: 'orbitdb escape' estimates it"
+)
+"""What averages over the orbits without a bounce in an opening mean, and what they do not."""
+
 OF_AVERAGES = [
     Column(
         name, "number", f"{part}average {exponent}; {average.label.partition(' (')[0].replace('$', '')}", unit
@@ -159,6 +166,8 @@ def lyapunov(
 ) -> Result:
     """Return the average Lyapunov exponents by period, or up to a cut in lambda (`Catalogue.lyapunov`)."""
     wanted, notes = _weight(weight), list[str]()
+    if reason := why_no_lambda(chosen):
+        return Result(chosen, {}, (), (reason,))
     subset = read_noted(connection, chosen, notes, swept=cut is None, lower=cut is None)
     if subset is None:
         return Result(chosen, {}, (), tuple(notes))
@@ -198,10 +207,13 @@ def averages(subset: CompletePeriods, weight: Weight, notes: list[str]) -> dict[
     given = AverageInputs(subset, weight)
     p = given.sums.p
     columns: dict[str, list[Any]] = {"p": p.tolist()}
+    reason = why_no_lambda(subset.selection)
     for average in AVERAGES:
         columns |= {name: [None] * len(p) for name in average.columns}
+        if reason:
+            continue
         columns |= none_where_incomplete(p, average.compute(given), average.needs, subset.periods)
-    avoided = if_avoiding(subset.selection, _AVOIDED)
+    avoided = reason or if_avoiding(subset.selection, _NEVER_ESCAPE if subset.selection.opening else _AVOIDED)
     notes += [why_no_sum_rules(subset), *subset.notes(given.sums), avoided]
     return subset.rows_of(columns)
 

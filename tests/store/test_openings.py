@@ -48,3 +48,23 @@ def test_an_opening_beyond_a_wall_is_refused_at_each_a_of_a_grid(catalogue, cli)
     asked = ("query", "--db", str(catalogue.path), "--opening", "top:1:2")
     assert cli(*asked).code == 2
     assert cli(*asked[:4], "top:0:1", "--p", "2-4").code == 0
+
+
+@pytest.mark.parametrize(
+    ("opening", "why"),
+    [("right:-0.1:0.1", "bouncing balls"), ("top::", "almost only runs along a semicircle")],
+)
+def test_lambda_is_refused_where_it_means_nothing(catalogue, opening, why):
+    """The growth rate of the orbits that are left always means something."""
+    found = catalogue.lyapunov(p="2-8", opening=opening)
+    assert len(found) == 0
+    assert why in found.notes[0]
+    assert why in " ".join(catalogue.statistics(p="2-8", opening=opening).notes)
+    assert catalogue.entropy(p="2-8", opening=opening)["h_zeta"][-1] < 1.22
+
+
+def test_lambda_of_what_never_escapes(catalogue):
+    """Random trajectories that survive 60 bounces give 1.0184(4)."""
+    found = catalogue.lyapunov(p="2-8", opening="top:-0.3:0.3")
+    assert found["lambda_d_zeta"][-1] == pytest.approx(1.0184, rel=0.08)
+    assert any("ln z0 is no escape rate" in note for note in found.notes)
