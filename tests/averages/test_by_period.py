@@ -239,3 +239,10 @@ def test_sums_do_not_depend_on_order_and_survive_serialisation():
     for wrong in (whole.numbers()[8:], whole.numbers()[:-8] + b"\xff" * 8):
         with pytest.raises(ValueError, match="sums of period 7"):
             PeriodSums.from_numbers(7, wrong)
+
+
+def test_pairs_are_the_means_of_two_orders():
+    found = lyapunov(class_rows(1.6, 7), 7)
+    for name in ("lambda_d", "lambda_c"):
+        single = getattr(found, name)
+        assert getattr(found, f"{name}_pair")[1:] == pytest.approx((single[1:] + single[:-1]) / 2)

@@ -147,3 +147,16 @@ def test_beyond_the_range_of_doubles_numbers_are_infinite_and_amplitudes_still_r
     logarithm = math.log(length / math.pi) - lyapunov / 2 + math.log(abs(phase))
     assert amplitude != 0
     assert math.log(abs(amplitude)) == pytest.approx(logarithm, abs=1e-9)
+
+
+@pytest.mark.parametrize("word", ["013", "011255", "1232131"])
+def test_the_sine_is_that_of_the_outgoing_path_positive_anticlockwise(word):
+    """Anticlockwise is to the right on the bottom wall, and up on the right semicircle."""
+    for orbit in there(solve_word(word, 1.6)).images():
+        points = there(orbit.points)
+        ahead = np.roll(points, -1, axis=0) - points
+        ahead /= np.hypot(*ahead.T)[:, None]
+        x, y = points.T
+        wall = np.abs(x) < 1.6
+        along = np.where(wall, [-y, 0 * y], [-y, x - np.copysign(1.6, x)]).T
+        assert there(orbit.sine) == pytest.approx((along * ahead).sum(axis=1), abs=1e-12)

@@ -253,6 +253,18 @@ def test_averages_of_steps_become_averages_of_bounces_and_of_length():
     assert found == Reference(1.6, 1.5, 0.25, 0.75, 0.125, 2.0, 0.125, bounces=100, groups=7, seed=1)
 
 
+@pytest.mark.parametrize(
+    ("off", "where"), [(0.02, "2.0 standard errors above"), (-0.03, "3.0 standard errors below")]
+)
+@pytest.mark.parametrize(("wanted", "lines"), [(100, 1), (80, 2), (130, 2)])
+def test_notes_say_on_which_side_the_mean_free_path_is_and_whether_bounces_differ(off, where, wanted, lines):
+    path = Stadium(1.6).mean_free_path + off
+    said = list(Reference(1.6, 1.5, 0.25, 0.75, 0.125, path, 0.01, 100, 7, 1).notes(wanted))
+    assert where in said[0]
+    assert len(said) == lines
+    assert all(f"100 bounces were followed, not {wanted}" in line for line in said[1:])
+
+
 @pytest.mark.parametrize("legwise", [False, True])
 def test_errors_have_the_units_of_their_values(legwise):
     """Both exponents are the growth per step times an exact rate, by which the error is also multiplied."""
