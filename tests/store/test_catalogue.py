@@ -20,7 +20,7 @@ from orbitdb.store.select import VIEWED as COLUMNS
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.tables import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION, TABLES
 from orbitdb.store.where import bound_names
-from orbitdb.symbols.pruning import count_admissible
+from orbitdb.symbols.pruning import count_admissible, count_pruned
 from orbitdb.text import gigabytes
 
 
@@ -163,6 +163,27 @@ def test_a_full_disk_is_reported_before_anything_is_written(cli, tmp_path, monke
     assert not (tmp_path / "orbits.db").exists()
     with pytest.raises(StoreError, match="on another disk"):
         check_room(tmp_path / "missing" / "folders" / "orbits.db", Need(1, 10**18, 1.0, 1.0))
+
+
+def test_room_for_pruned_words_is_looked_for_before_anything_is_written(cli, tmp_path, monkeypatch):
+    monkeypatch.setattr("orbitdb.filling.estimate.PRUNED_BYTES", 1e15)
+    outcome = cli("fill", "--p", "4", "--geometric")
+    assert outcome.code == 3
+    assert "399 words and their journal take up to about 358000000 GB" in outcome.err
+    assert not (tmp_path / "orbits.db").exists()
+    catalogue = Catalogue.create(tmp_path / "new.db")
+    with pytest.raises(StoreError, match="no room for"):
+        catalogue.fill("2-4", geometric=True)
+    assert not catalogue.fills()
+
+
+def test_a_stored_pruned_word_takes_no_more_than_estimated(tmp_path):
+    catalogue = Catalogue.create(tmp_path / "new.db")
+    catalogue.fill("2-7")
+    before, coming = (tmp_path / "new.db").stat().st_size, catalogue.estimate("2-7", geometric=True)
+    catalogue.fill("2-7", geometric=True)
+    assert coming.words == sum(map(count_pruned, range(2, 8)))
+    assert 0.6 * coming.bytes < (tmp_path / "new.db").stat().st_size - before < coming.bytes
 
 
 def test_the_journal_needs_as_much_room_as_the_rows(tmp_path, monkeypatch):
