@@ -53,6 +53,7 @@ PANELS = {
     "Maintenance": {
         "info": "Show where the catalogue is and what it contains",
         "verify": "Recompute the catalogue and compare the results",
+        "merge": "Join catalogues that were filled apart",
         "delete": "Delete what is stored at one half length",
         "migrate": "Update an older catalogue to the latest schema",
         "bench": "Measure run time against error, or solve hard cases",

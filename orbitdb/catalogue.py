@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from orbitdb.quantum.missing_levels import Assessment
     from orbitdb.quantum.weyl import Parity
     from orbitdb.store.file import Migration
+    from orbitdb.store.merging import Merged
     from orbitdb.store.periods import BirthFill, Contents, Fill, Sweep
     from orbitdb.trajectories.ensemble import Reference
     from orbitdb.trajectories.pruning_front import PruningFront
@@ -847,12 +848,23 @@ class Catalogue:
                 return 0
             return write_atlas(page, subset, {**rows.provenance(), "made_by": made_by(connection)})
 
-    def copy(self, target: Path | str, *, force: bool = False) -> None:
-        """Copy the whole catalogue to a new file, as it is at this moment, even while others write to it.
+    def copy(
+        self,
+        target: Path | str,
+        *,
+        a: float | Iterable[float] | None = None,
+        p: int | str | Iterable[int] | None = None,
+        force: bool = False,
+    ) -> None:
+        """Copy the catalogue to a new file, as it is at this moment, even while others write to it.
 
         Parameters
         ----------
         target : path-like
+        a : float or iterable of float, optional
+            Copy only what is stored at these half lengths, and births; by default the whole file.
+        p : int, str or iterable of int, optional
+            Copy only orbits, fills, sweeps and births of these periods.
         force : bool, optional
             Whether to replace an existing file; a catalogue or another SQLite file is never replaced.
 
@@ -865,9 +877,16 @@ class Catalogue:
         """
         from orbitdb.output_files import check_space, check_target, complete
         from orbitdb.store.file import copy_into, size_of
+        from orbitdb.store.merging import Choice, copy_part
 
         path = home_expanded(target)
         check_target(path, force)
+        if a is not None or p is not None:
+            values = [] if a is None else [*a] if isinstance(a, Iterable) else [a]
+            chosen = Choice(tuple(Stadium(one).a for one in values), Selection.from_criteria(p=p).periods)
+            with complete(path) as draft:
+                copy_part(self._present("a part").path, draft, chosen)
+            return
         with self._reading() as connection:
             check_space(path, size_of(connection), "the copy takes")
             with complete(path) as draft:
@@ -1438,6 +1457,43 @@ class Catalogue:
 
         at = Stadium(a).a  # no default: None would otherwise delete what is stored at 1.6
         return delete(self._present().path, at, Selection.from_criteria(p=p).periods, only)
+
+    # parts
+
+    def merge(
+        self, paths: Path | str | Iterable[Path | str], *, progress: Tell | None = None
+    ) -> "Rows[Merged]":
+        """Copy from other catalogues what this one lacks, and return what that was, by part and ``a``.
+
+        Fills of a period that have come further replace shorter ones. Each part is copied in one transaction,
+        and merging it again changes nothing.
+
+        Parameters
+        ----------
+        paths : path-like or iterable of path-like
+            The other catalogues, such as those that the jobs of an array have filled.
+        progress : optional
+            As for `fill`.
+
+        Raises
+        ------
+        StoreError
+            If a part cannot be read, or contradicts this catalogue, such as by the same orbit with other
+            numbers beyond its error bounds; nothing of that part is copied.
+
+        Examples
+        --------
+        >>> whole, part = Catalogue.create("whole.db"), Catalogue.create("part.db")
+        >>> fills = part.fill("2-5", a=1)
+        >>> [(each.part, each.a, each.periods, each.words) for each in whole.merge(["part.db"])]
+        [('part.db', 1.0, '2-5', 169)]
+        """
+        from orbitdb.store.merging import merge_all
+
+        named = [paths] if isinstance(paths, str | Path) else [*paths]
+        parts = [home_expanded(part).absolute() for part in named]
+        with telling(progress, "merging") as tell:
+            return Rows(merge_all(self._present().path, parts, tell))
 
     # quantum levels
 

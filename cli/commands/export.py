@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.grids import GivenValues, many_a
+from orbitdb.cli.grids import GivenValues, many_a, named
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import note, notes, progress
 from orbitdb.cli.snapshots import OF_CATALOGUE, asked_columns, chosen_codes, snapshot
@@ -30,6 +30,7 @@ EXAMPLES = (
     "export stadium-data --dataset --p 2-11",
     "export atlas.html --p 2-9",
     "export copy.db",
+    "export part.db --a 0.5 --p 2-9",
 )
 AFTERWORD = "'orbitdb columns' explains the columns."
 _BETWEEN_TELLING = 1000
@@ -78,8 +79,9 @@ def export(
     Package, version 2. It contains the chosen words of every completely filled period, with coordinates,
     at every stored a unless you name some; its classes, births, counts, averages, bounds and levels are not
     limited to these words. A name ending in .db makes a copy of the whole catalogue, as it is at one moment,
-    even while other commands write to it. A name ending in .html makes an atlas: a page with the chosen
-    orbits, one row for each class, that opens in any browser.
+    even while other commands write to it; with --a or --p, a part of it, with the levels, bounds and averages
+    over trajectories at these a, for 'orbitdb merge'. A name ending in .html makes an atlas: a page with the
+    chosen orbits, one row for each class, that opens in any browser.
     """
     from orbitdb import output_files as files
 
@@ -89,10 +91,8 @@ def export(
         _write_dataset(file, a, code, choice, force, db)
         return
     if file is not None and file.suffix.lower() == COPY:
-        options.takes_only(
-            context, f"with {file.name}, which is a copy of the whole catalogue", "file", "form"
-        )
-        _copy(file, force, db)
+        options.takes_only(context, f"with {file.name}, which is a catalogue", "file", "form", "a", "p")
+        _copy(file, a, choice, force, db)
         return
     if file is not None and file.suffix.lower() == PAGE:
         choosing = (field.name for field in fields(SelectionOptions))
@@ -145,13 +145,16 @@ def _write(listing: "Listing", by_bounce: bool, file: Path | None, kind: str, ma
         return files.write_file(file, kind, names, written, listing.provenance(many))
 
 
-def _copy(file: Path, force: bool, db: Path) -> None:
+def _copy(
+    file: Path, a: Sequence[GivenValues] | None, choice: SelectionOptions, force: bool, db: Path
+) -> None:
+    """Copy the catalogue, or the part of it at the given a and of the given periods."""
     from orbitdb import output_files as files
     from orbitdb.catalogue import Catalogue
 
     files.check_target(file, force)  # before anything is read
     with progress("copying"), Catalogue(db) as catalogue:
-        catalogue.copy(file, force=force)
+        catalogue.copy(file, a=named(a), p=choice.p, force=force)
     note(f"{gigabytes(file.stat().st_size)} copied from {db}, in {file}")
 
 

@@ -19,7 +19,7 @@ from orbitdb.store.file import open_to_write, reading
 from orbitdb.store.file_kind import need_newest
 from orbitdb.store.journal import JOURNAL_LIMIT, checkpoint, count_transaction, remove_journal_of
 from orbitdb.store.paths import FileId, absolute_path, check_same_file, file_id, journal_ids
-from orbitdb.store.sqlite import Driver, make_engine, plain_errors
+from orbitdb.store.sqlite import Driver, make_engine, plain_errors, uri_of
 
 
 class Writer:
@@ -75,6 +75,18 @@ class Writer:
     def _count(self, connection: Connection) -> None:
         """Count a transaction in the row of this run, or in that of the last run until this one is stored."""
         count_transaction(connection, next(iter(self._run_ids.values()), None))
+
+    @contextmanager
+    def attached(self, path: Path) -> Iterator[None]:
+        """Attach another catalogue as ``part``, for transactions within the block."""
+        with plain_errors(path):
+            self._engine.connect().close()
+            self._drivers[0].execute("ATTACH ? AS part", (uri_of(path, "rw"),))
+        try:
+            yield
+        finally:
+            with suppress(sqlite3.Error):
+                self._drivers[0].execute("DETACH part")
 
     @contextmanager
     def reading(self) -> Iterator[Connection]:
