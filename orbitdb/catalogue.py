@@ -877,13 +877,13 @@ class Catalogue:
         """
         from orbitdb.output_files import check_space, check_target, complete
         from orbitdb.store.file import copy_into, size_of
-        from orbitdb.store.merging import Choice, copy_part
+        from orbitdb.store.merging import EVERYTHING, Choice, copy_part
 
         path = home_expanded(target)
+        values = [] if a is None else [*a] if isinstance(a, Iterable) else [a]
+        chosen = Choice(tuple(Stadium(one).a for one in values), Selection.from_criteria(p=p).periods)
         check_target(path, force)
-        if a is not None or p is not None:
-            values = [] if a is None else [*a] if isinstance(a, Iterable) else [a]
-            chosen = Choice(tuple(Stadium(one).a for one in values), Selection.from_criteria(p=p).periods)
+        if chosen != EVERYTHING:
             with complete(path) as draft:
                 copy_part(self._present("a part").path, draft, chosen)
             return
@@ -1490,7 +1490,7 @@ class Catalogue:
         """
         from orbitdb.store.merging import merge_all
 
-        named = [paths] if isinstance(paths, str | Path) else [*paths]
+        named = [paths] if isinstance(paths, Path) else as_texts("paths", paths)
         parts = [home_expanded(part).absolute() for part in named]
         with telling(progress, "merging") as tell:
             return Rows(merge_all(self._present().path, parts, tell))

@@ -13,7 +13,8 @@ orbitdb: Any = orbitdb_  # so that wrong types can be given
 
 REQUIRED = {"word": "13", "length": 10.4, "low": 1.0, "periods": "2", "p": 2, "a": 1.6, "name": "13",
             "statement": "SELECT 1 AS one", "column": "length", "columns": ["p"],
-            "folder": "data", "kappa": 0.05, "target": "nowhere/copy.db", "path": "atlas.html"}  # fmt: skip
+            "folder": "data", "kappa": 0.05, "target": "nowhere/copy.db", "path": "atlas.html",
+            "paths": ["part.db"]}  # fmt: skip
 """Values for the parameters that have no default."""
 
 UNCHECKED = {"self", "coordinates", "classes", "orbits", "window", "fit_radius", "geometric", "legwise",
