@@ -32,9 +32,9 @@ def read_radius(text: str) -> Radius:
     return Radius(real(value), real(error) if given else None)
 
 
-_RANGE = typer.Option(metavar="FROM:TO", help="Range of wavenumbers k, in units of 1/radius.")
-Range = Annotated[str, _RANGE]
-SomeRange = Annotated[str | None, _RANGE]
+Range = Annotated[
+    str | None, typer.Option(metavar="LOW:HIGH", help="Range of wavenumbers k, in units of 1/radius.")
+]
 Lengths = Annotated[
     str | None,
     typer.Option(
@@ -43,7 +43,7 @@ Lengths = Annotated[
     ),
 ]
 Parities = Annotated[
-    str | None, typer.Option(help="ee, eo, oe or oo; separate several by commas [default: all four].")
+    str | None, typer.Option(help="ee, eo, oe or oo, several separated by commas, or all [default: all].")
 ]
 
 
@@ -159,12 +159,25 @@ class MeasuredLevels(GivenLevels):
 
 
 def read_range(name: str, text: str) -> tuple[float, float]:
-    """Parse a range such as 0:30 and return its ends, or raise."""
+    """Parse a range such as 0:30 or :30 and return its ends, or raise."""
     first, colon, last = text.partition(":")
     try:
         low, high = real(first) if first else 0.0, real(last)
     except ValueError:
         low, high = 0.0, -1.0
     if not colon or not 0 <= low < high:
-        raise InputError(f"{name} {text!r:.40}: give FROM:TO with 0 <= FROM < TO, such as 0:30")
+        raise InputError(f"{name} {text!r:.40}: give LOW:HIGH with 0 <= LOW < HIGH, such as 0:30")
     return low, high
+
+
+def read_k(text: str) -> float | tuple[float, float]:
+    """Parse --k where it may be a range or a single wavenumber."""
+    if ":" in text:
+        return read_range("--k", text)
+    try:
+        k = real(text)
+    except ValueError:
+        k = -1.0
+    if not 0 < k < 1e6:
+        raise InputError(f"--k {text!r:.40}: give LOW:HIGH, such as 20:22, or one k above 0")
+    return k

@@ -52,7 +52,7 @@ class Window(NamedTuple):
 
 def exact(a: float, parity: str | None, k_max: float) -> Floats:
     """Return all levels of one parity, or of all, below `k_max`."""
-    return np.sort(levels(a, k_max, parities=None if parity is None else [parity]).k)
+    return np.sort(levels(a, k_max, parity=None if parity is None else [parity]).k)
 
 
 def windows(

@@ -146,7 +146,7 @@ def assess(folder: Path) -> str:
 
     session, rng = Session(folder), np.random.default_rng(2)
     session.command("orbitdb fill --p 12 --a 1.8 --db judged.db")
-    k = levels(1.8, 40, parities=["oo"]).k
+    k = levels(1.8, 40, parity=["oo"]).k
     lost = rng.choice(len(k) - 8, len(k) // 20, replace=False)
     np.savetxt(folder / "measured.txt", np.delete(k, lost))
     return Figure("orbitdb plot assess --levels measured.txt --parity oo --a 1.8 --db judged.db -o")(folder)

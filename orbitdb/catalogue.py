@@ -1499,22 +1499,21 @@ class Catalogue:
 
     def fill_levels(
         self,
-        low: float = 0.0,
-        high: float | None = None,
+        k: float | tuple[float, float],
         *,
-        parities: "Sequence[Parity | str] | str | None" = None,
+        parity: "Sequence[Parity | str] | str | None" = None,
         jobs: int | None = 1,
         store: bool = True,
         progress: Tell | None = None,
         a: float | None = None,
     ) -> "Levels":
-        """Find and store all quantum levels with low <= k < high, each with an estimated error.
+        """Find and store all quantum levels in a range low <= k < high, each with an estimated error.
 
         Parameters
         ----------
-        low, high : float
+        k : (float, float) or float
             The range of wavenumbers, in 1/radius. As in Python's `range`, a single number is the upper end.
-        parities : str or sequence of str, optional
+        parity : str or sequence of str, optional
             Some of ``ee``, ``eo``, ``oe``, ``oo``: even (e) or odd (o) in x, then in y; by default all four.
         jobs, progress : optional
             As for `fill`.
@@ -1524,12 +1523,12 @@ class Catalogue:
         from orbitdb.answers.stadium_levels import notes_on_windows
         from orbitdb.filling.find_levels import find_levels
         from orbitdb.quantum.exact_levels import Levels
-        from orbitdb.quantum.weyl import parities_of
+        from orbitdb.quantum.weyl import k_range, parities_of
 
-        at, (low, high) = Stadium(self._at(a)), (0.0, low) if high is None else (low, high)
+        at, (low, high) = Stadium(self._at(a)), k_range(k)
         with telling(progress, "levels") as tell:
             path = self._present().path if store else None
-            windows = find_levels(path, at, low, high, parities_of(parities), jobs, tell)
+            windows = find_levels(path, at, low, high, parities_of(parity), jobs, tell)
         levels = Levels.joined(at.a, low, high, windows)
         return replace(levels, notes=notes_on_windows(levels, windows))
 
@@ -1573,7 +1572,7 @@ class Catalogue:
 
     def levels(
         self,
-        k_max: float | None = None,
+        k: float | None = None,
         *,
         parity: "Parity | str | None" = None,
         method: str = "elements",
@@ -1583,7 +1582,7 @@ class Catalogue:
 
         Parameters
         ----------
-        k_max : float, optional
+        k : float, optional
             End of the range, in 1/radius. By default, the stored levels end at the first gap, and those from
             orbits where the rms error reaches a fifth of the mean spacing.
         parity : str, optional
@@ -1599,8 +1598,8 @@ class Catalogue:
             raise InputError(f"method {method!r}: use elements or orbits")
         with self._reading() as connection:
             if method == "elements":
-                return levels_from_zero(connection, self._at(a, connection), parity, k_max)
-            return levels_from_orbits(connection, self._at(a, connection), k_max, parities_of(parity))
+                return levels_from_zero(connection, self._at(a, connection), parity, k)
+            return levels_from_orbits(connection, self._at(a, connection), k, parities_of(parity))
 
     def assess(
         self,
@@ -1681,12 +1680,12 @@ class Catalogue:
 
     def scars(
         self,
-        low: float,
-        high: float | None = None,
+        k: float | tuple[float, float],
         *,
-        word: str | None = None,
-        parities: "Sequence[Parity | str] | str | None" = None,
-        order: str = "above",
+        code: str | Iterable[str] | None = None,
+        parity: "Sequence[Parity | str] | str | None" = None,
+        order: str | None = None,
+        limit: int | None = None,
         progress: Tell | None = None,
         a: float | None = None,
     ) -> "Rows[Scar]":
@@ -1694,29 +1693,38 @@ class Catalogue:
 
         Parameters
         ----------
-        low, high : float
-            The range of wavenumbers, in 1/radius. With `low` alone, the level of each parity nearest to it.
-        word : str, optional
-            An orbit, or ``02`` for the bouncing balls; the result then has an entry for every level. By
-            default, it has for each level the five that scar it most, out of the bouncing balls and the
-            twenty shortest stored orbits, and is sorted by k.
+        k : (float, float) or float
+            The range of wavenumbers, in 1/radius, or one, for the level of each parity nearest to it.
+        code : str or iterable of str, optional
+            One or several orbits, or ``02`` for the bouncing balls; the result then has an entry for every
+            level and orbit. By default, it has for each level the five that scar it most, out of the bouncing
+            balls and the twenty shortest stored orbits.
         order : str, optional
-            Order of the scars of a word: ``above`` or ``strength`` (the largest first), or ``k``.
-        parities, progress : optional
+            Columns to sort by, as in `rows`; by default ``above desc`` for named orbits, else ``k``.
+        limit : int, optional
+            Maximum number of entries.
+        parity, progress : optional
             As for `fill_levels`.
         """
-        from orbitdb.answers.scars import check_scarring, scars_of, shortest_orbits
+        from orbitdb.answers.scars import (
+            STRONGEST,
+            check_scarring,
+            order_of_scars,
+            scars_of,
+            shortest_orbits,
+        )
         from orbitdb.quantum.weyl import parities_of
 
-        named = parities_of(parities)
-        if word is None:
+        named, keys = parities_of(parity), order_of_scars(order, code is not None)
+        most = None if limit is None else check_int("limit", limit, 0)
+        if code is None:
             with self._reading() as connection:
                 orbits = shortest_orbits(connection, self._at(a, connection))
         else:
-            orbits = [self.orbit(word, a=a)]
-            check_scarring(orbits[0])
+            orbits = [self.orbit(each, a=a) for each in as_texts("code", code)]
+            check_scarring(orbits)
         with telling(progress, "waves") as tell:
-            return Rows(scars_of(orbits, low, high, named, order, tell))
+            return Rows(scars_of(orbits, k, named, keys, None if code else STRONGEST, tell)[:most])
 
     # the symbol plane
 

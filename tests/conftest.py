@@ -187,7 +187,7 @@ def exact_once(made_once: Callable[..., Path]) -> "NDArray[np.float64]":
 
     from orbitdb.quantum.exact_levels import levels
 
-    return np.loadtxt(made_once("exact", lambda path: np.savetxt(path, levels(1.6, 16.0, parities=["oo"]).k)))
+    return np.loadtxt(made_once("exact", lambda path: np.savetxt(path, levels(1.6, 16.0, parity=["oo"]).k)))
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.given_levels import Parities, SomeRange, read_range
+from orbitdb.cli.given_levels import Parities, Range, read_range
 from orbitdb.cli.output import Output, note, notes, progress
 from orbitdb.cli.snapshots import given_a, snapshot_at, storable
 from orbitdb.errors import InputError
@@ -28,7 +28,7 @@ COLUMNS = ("k", "error", "parity")
 def levels(
     *,
     context: typer.Context,
-    k: SomeRange = None,
+    k: Range = None,
     method: Annotated[
         str, typer.Option(help="elements (spectral elements), or orbits (from stored orbits, less precise).")
     ] = "elements",
@@ -78,13 +78,13 @@ def _from_elements(
     from orbitdb.quantum.weyl import parities_of
 
     low, high = read_range("--k", k)
-    (at,), parities = given_a(db, a), parities_of(parity)
-    for one in parities:
+    (at,) = given_a(db, a)
+    for one in parities_of(parity):
         list(windows(Stadium(at), one, low, high))  # a refused range must leave no file
     catalogue = Catalogue(db, at, missing_ok=True)
     keeps = storable(catalogue, store)
     with progress("levels") as shown:
-        listed = catalogue.fill_levels(low, high, parities=parities, jobs=jobs, store=keeps, progress=shown)
+        listed = catalogue.fill_levels((low, high), parity=parity, jobs=jobs, store=keeps, progress=shown)
     output.write(COLUMNS, _rows(listed))
     notes(listed.notes)
     return len(listed)

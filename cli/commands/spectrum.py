@@ -5,11 +5,10 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.given_levels import OF_FILE, GivenLevels, Lengths, Parities, read_range
-from orbitdb.cli.output import Output, note, notes, progress
-from orbitdb.cli.snapshots import primitive, snapshot_at, solving
+from orbitdb.cli.given_levels import OF_FILE, GivenLevels, Lengths, Parities, read_k, read_range
+from orbitdb.cli.output import Output, not_shown, note, notes, progress
+from orbitdb.cli.snapshots import given_codes, primitive_words, snapshot_at, solving
 from orbitdb.errors import InputError
-from orbitdb.text import real
 
 EXAMPLES = {
     "spectrum": (
@@ -22,7 +21,7 @@ EXAMPLES = {
     "scars": (
         "scars 13 --k 20:22",
         "scars --k 20:20.5 --parity ee",
-        "scars 02 --k 20:22 --order strength",
+        "scars 02 --k 20:22 --order 'strength desc'",
         "scars 0123 --k 15.3 --parity oo",
     ),
 }
@@ -92,14 +91,17 @@ def spectrum(
 
 def scars(
     *,
-    word: Annotated[
-        str | None, typer.Argument(metavar="WORD", help="The orbit [default: the shortest stored orbits].")
-    ] = None,
+    words: options.Words = None,
+    code: options.Codes = None,
     k: Annotated[
-        str, typer.Option(metavar="FROM:TO", help="Range of k, or a single k for the nearest level.")
+        str, typer.Option(metavar="LOW:HIGH|K", help="Range of k, or a single k for the nearest level.")
     ],
     parity: Parities = None,
-    order: Annotated[str, typer.Option(help="above, strength (the largest first) or k.")] = "above",
+    order: Annotated[
+        str | None,
+        typer.Option(help="Columns to sort by [default: 'above desc' with WORD, else k]; desc reverses one."),
+    ] = None,
+    limit: options.Limit = None,
     a: options.HalfLength = None,
     output: Output,
     db: options.Database,
@@ -110,38 +112,27 @@ def scars(
     symmetry axis. For the bouncing balls, 02, it is the mean over the rectangle that they fill. above is the
     difference from the mean strength of the 15 levels of the same parity on each side, in standard
     deviations. With WORD, you see all levels, the most scarred first. Without WORD, you see for each level
-    the five orbits that scar it most, out of the bouncing balls and the twenty shortest stored orbits. The
-    waves take longest, because each parity needs those of 30 neighbours, too.
+    the five orbits that scar it most, out of the bouncing balls and the twenty shortest stored orbits. Most
+    of the time goes into the waves: each parity also needs those of 30 neighbours.
     """
     from orbitdb.answers.scars import Scar
     from orbitdb.catalogue import Catalogue
-    from orbitdb.quantum.weyl import parities_of
 
-    low, high = _range(k)
-    parities = parities_of(parity)
-    if word is None:
-        with snapshot_at(db, a) as (_, at):
-            pass  # no snapshot stays open while the waves are computed
-    else:
+    at_k, named = read_k(k), words or code
+    if named:
         with solving(db, a) as (_, (at,)):
-            word = primitive(word)
+            codes = primitive_words(given_codes(words, code))
+        if not codes:
+            raise InputError("stdin contains no code")
+    else:
+        with snapshot_at(db, a) as (_, at):
+            codes = None  # no snapshot stays open while the waves are computed
     with progress("waves") as tell:
-        catalogue = Catalogue(db, missing_ok=word is not None)
-        rows = catalogue.scars(low, high, word=word, parities=parities, order=order, progress=tell, a=at)
-    output.write(Scar._fields, rows)
+        catalogue = Catalogue(db, missing_ok=bool(named))
+        rows = catalogue.scars(at_k, code=codes, parity=parity, order=order, progress=tell, a=at)
+    count = output.write(Scar._fields, rows[: output.most(limit)])
     if not rows:
-        note(f"no level with k from {low:g} to {high:g}")
+        note(f"no level with k in {k}")
         raise typer.Exit(1)
-
-
-def _range(text: str) -> tuple[float, float | None]:
-    """Parse a range of k, or a single k."""
-    if ":" in text:
-        return read_range("--k", text)
-    try:
-        k = real(text)
-    except ValueError:
-        k = -1.0
-    if not 0 < k < 1e6:
-        raise InputError(f"--k {text!r:.40}: give FROM:TO, such as 20:22, or one k above 0")
-    return k, None
+    if count < len(rows):
+        note(f"{len(rows)} rows{not_shown(count, len(rows))}")

@@ -1,21 +1,23 @@
 """Scars: how strongly the waves of levels concentrate along orbits."""
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from numbers import Real
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from orbitdb.answers.completeness import no_orbits
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, check_number
+from orbitdb.errors import InputError, check_number, check_text
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.solve import solve_word
 from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.waves import scar_strengths
-from orbitdb.quantum.weyl import Parity, wavenumber, weyl
+from orbitdb.quantum.weyl import Parity, k_range, wavenumber, weyl
 from orbitdb.store.lookup import find_words
 from orbitdb.store.select import Words, rows_of
 from orbitdb.store.selection import Selection
@@ -58,42 +60,48 @@ class Scar(NamedTuple):
     above: float | None
 
 
-ORDERS = ("above", "strength", "k")
+_ORDER = re.compile(r"(-?)(\w+)(?: (asc|desc))?", re.IGNORECASE)
+
+
+def order_of_scars(order: str | None, named: bool) -> list[tuple[str, bool]]:
+    """Return the columns to sort scars by, each with whether it descends; `named` if orbits were named."""
+    keys = []
+    if order is not None:
+        check_text("order", order, "above desc")
+    for part in (order or ("above desc" if named else "k")).split(","):
+        key = _ORDER.fullmatch(part.strip())
+        if key is None or key[2] not in Scar._fields:
+            raise InputError(f"order {order!r:.40}: the columns are {', '.join(Scar._fields)}")
+        keys.append((key[2], bool(key[1]) != ((key[3] or "").lower() == "desc")))
+    return keys
 
 
 def scars_of(
     orbits: Sequence[Orbit],
-    low: float,
-    high: float | None,
+    k: Any,
     parities: Iterable[Parity],
-    order: str = "above",
+    order: Sequence[tuple[str, bool]],
+    strongest: int | None = None,
     tell: Tell = nobody,
 ) -> list[Scar]:
-    """Return scars of orbits at all levels with low <= k < high.
+    """Return scars of orbits at all levels in a range of k, or at the level of each parity nearest to one k.
 
-    Without `high`, only the level of each parity nearest to `low` is taken. Of several orbits, each level has
-    the `STRONGEST`, and the levels are sorted by k. Scars of a single orbit are sorted in the given order: k,
-    or the largest `above` or `strength` first.
+    Of the orbits, each level has the `strongest`, by default all. Empty values are sorted last.
     """
-    if order not in ORDERS:
-        raise InputError(f"order {order!r:.40}: use {', '.join(ORDERS)}")
-    for end in (low, low if high is None else high):
-        check_number("k", end)
-    if high is not None and not 0 <= low < high < np.inf:
-        raise InputError(f"k from {low:g} to {high:g} is not a range: give the lower end first")
+    low, high = (float(k), None) if isinstance(k, Real) else k_range(k)
+    check_number("k", low)
     scars = []
     for parity in parities:
         for at_level in _scars(orbits, low, high, parity, tell):
-            at_level.sort(key=lambda scar: _rank(scar, order))
-            scars += at_level[:STRONGEST]
-    return sorted(scars, key=lambda scar: _rank(scar, order) if len(orbits) == 1 else (scar.k,))
+            at_level.sort(key=lambda scar: (scar.above is None, -(scar.above or 0.0), -scar.strength))
+            scars += at_level[:strongest]
+    for name, falls in reversed([*order, ("k", False)]):
+        scars.sort(key=lambda scar: _key(getattr(scar, name), falls), reverse=falls)
+    return scars
 
 
-def _rank(scar: Scar, order: str) -> tuple[float, ...]:
-    if order == "k":
-        return (scar.k,)
-    above = -np.inf if scar.above is None else scar.above
-    return (-above, -scar.strength) if order == "above" else (-scar.strength,)
+def _key(value: float | str | None, falls: bool) -> tuple[bool, float | str]:
+    return ((value is None) != falls, 0.0 if value is None else value)
 
 
 def _scars(
@@ -137,8 +145,9 @@ def shortest_orbits(connection: Connection, a: float) -> list[Orbit]:
     return [solve_word("02", a), *orbits]
 
 
-def check_scarring(orbit: Orbit) -> None:
+def check_scarring(orbits: Iterable[Orbit]) -> None:
     """Raise `InputError` if a word is neither an orbit nor the family of bouncing balls."""
-    if orbit.points is None and orbit.status is not Status.FAMILY:
-        code = shortened(orbit.code)
-        raise InputError(f"{code} at a = {format_float(orbit.a)} scars nothing: {orbit.status.sentence}")
+    for orbit in orbits:
+        if orbit.points is None and orbit.status is not Status.FAMILY:
+            code = shortened(orbit.code)
+            raise InputError(f"{code} at a = {format_float(orbit.a)} scars nothing: {orbit.status.sentence}")

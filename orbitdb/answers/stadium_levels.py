@@ -40,9 +40,9 @@ def levels_from_zero(
     ends = {one: next(ranges_not_stored(windows, 0.0, math.inf))[0] for one, windows in windows_of.items()}
     last = min(ends.values())
     high = last if k_max is None else k_max
-    check_number("k_max", high)
+    check_number("k", high)
     if k_max is not None and not k_max > 0:
-        raise InputError(f"k_max {k_max:g}: give a number above 0")
+        raise InputError(f"k = {k_max:g}: give a number above 0")
     if not 0 < high <= last:
         asked = 30 if k_max is None else k_max
         of = "" if parity is None else f" of parity {parity}"
@@ -80,7 +80,7 @@ def levels_from_orbits(
     classes, highest = classes_for_levels(connection, stadium.a)
     reliable = min(reliable_end(stadium, parity) for parity in named)
     end = math.floor(reliable * 10) / 10 if k_max is None else k_max
-    check_number("k_max", end)
+    check_number("k", end)
     if not 0 < end <= _MOST_K:
         raise InputError(f"k up to {end:g}: give a k above 0 and up to {_MOST_K:g}")
     windows = {}

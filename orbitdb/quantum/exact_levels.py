@@ -21,7 +21,7 @@ from orbitdb.display import Drawn, Table, data_frame
 from orbitdb.errors import InputError, check_number
 from orbitdb.quantum.condensation import Interiors, eigenfunctions, one_thread
 from orbitdb.quantum.elements import grid, quarter_stadium
-from orbitdb.quantum.weyl import Parity, parities_of, wavenumber, weyl
+from orbitdb.quantum.weyl import Parity, k_range, parities_of, wavenumber, weyl
 from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
@@ -279,9 +279,8 @@ class Levels(Table, Drawn):
 
 def levels(
     stadium: Stadium | float,
-    low: float = 0.0,
-    high: float | None = None,
-    parities: Sequence[Parity | str] | str | None = None,
+    k: float | tuple[float, float],
+    parity: Sequence[Parity | str] | str | None = None,
 ) -> Levels:
     """Return all levels of a stadium with low <= k < high.
 
@@ -289,9 +288,9 @@ def levels(
     ----------
     stadium : Stadium or float
         The stadium or its half length, from `LEAST_A` to `LARGEST_A`.
-    low, high : float
-        The ends of the range of k, in 1/radius. As in Python's `range`, a single number is the upper end.
-    parities : str or sequence of str, optional
+    k : (float, float) or float
+        The range of k, in 1/radius. As in Python's `range`, a single number is the upper end.
+    parity : str or sequence of str, optional
         Any of ``ee``, ``eo``, ``oe`` and ``oo``, for even or odd in x and then in y; by default all four.
 
     Raises
@@ -299,8 +298,8 @@ def levels(
     InputError
         If the half length or the range is outside the tested limits.
     """
-    at, (low, high) = as_stadium(stadium), (0.0, low) if high is None else (low, high)
-    solved: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities_of(parities)}
-    for task in in_order(task for parity in solved for task in windows(at, parity, low, high)):
+    at, (low, high) = as_stadium(stadium), k_range(k)
+    solved: dict[Parity, list[LevelWindow]] = {one: [] for one in parities_of(parity)}
+    for task in in_order(task for one in solved for task in windows(at, one, low, high)):
         solved[task.parity].append(task.solved())
     return Levels.joined(at.a, low, high, solved)

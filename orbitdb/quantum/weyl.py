@@ -11,16 +11,16 @@ Source: H. P. Baltes and E. R. Hilf, Spectra of Finite Systems (1976).
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, as_floats
+from orbitdb.errors import InputError, as_floats, check_number
 from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
@@ -49,14 +49,14 @@ class Parity(StrEnum):
 def parities_of(names: "Parity | str | Iterable[Parity | str] | None" = None) -> list[Parity]:
     """Return parities without repetitions, from a name, several separated by commas, or a sequence.
 
-    None stands for all four.
+    None and ``all`` stand for all four.
 
     Raises
     ------
     InputError
         If you give none, or one that is not ``ee``, ``eo``, ``oe`` or ``oo``.
     """
-    if names is None:
+    if names is None or (isinstance(names, str) and names.strip() == "all"):
         return list(Parity)
     try:
         given = names.split(",") if isinstance(names, str) else list(names)
@@ -68,9 +68,22 @@ def parities_of(names: "Parity | str | Iterable[Parity | str] | None" = None) ->
     return parities
 
 
+def k_range(k: Any) -> tuple[float, float]:
+    """Return the ends of a range of wavenumbers, given as a pair or by its upper end alone.
+
+    Raises `InputError` if they are not a range from 0 or above.
+    """
+    low, high = k if isinstance(k, Sequence) and not isinstance(k, str) and len(k) == 2 else (0.0, k)
+    for end in (low, high):
+        check_number("k", end)
+    if not 0 <= low < high < math.inf:
+        raise InputError(f"k from {low:g} to {high:g} is not a range: give the lower end first")
+    return float(low), float(high)
+
+
 def one_parity(name: "Parity | str | None") -> Parity | None:
     """Return the parity with a name, or None for None; raise `InputError` for several or another name."""
-    if name is None:
+    if name is None or name == "all":
         return None
     first, *others = parities_of(name)
     if others:

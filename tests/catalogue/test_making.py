@@ -54,7 +54,7 @@ def test_single_words_are_stored_at_the_a_and_by_the_method_that_were_asked_for(
          "SELECT a, proof, edges, lower, upper FROM entropy_bound ORDER BY edges"),
         (f"simulate --a {A} --bounces 20000 --seed 3", lambda c: c.simulate(20_000, seed=3),
          "SELECT lambda_d, lambda_d_error, seed FROM trajectory"),
-        pytest.param(f"levels --k 0:3 --a {A} --parity ee", lambda c: c.fill_levels(3, parities=["ee"]),
+        pytest.param(f"levels --k 0:3 --a {A} --parity ee", lambda c: c.fill_levels(3, parity=["ee"]),
          "SELECT a, parity, number, k, error FROM level ORDER BY number", marks=pytest.mark.slow),
     ],
     ids=["births", "sweep", "bounds", "simulate", "levels"],
@@ -102,7 +102,7 @@ def test_stored_levels_are_read_back_by_range_and_parity(tmp_path):
     catalogue = Catalogue.create(tmp_path / "orbits.db", A)
     with pytest.raises(InputError, match=r"no levels are stored from k = 0 on at a = 0\.7: 'orbitdb levels"):
         catalogue.levels()
-    catalogue.fill_levels(6, parities=["oo", "ee"])
+    catalogue.fill_levels(6, parity=["oo", "ee"])
     found = catalogue.levels(parity="oo")
     assert isinstance(found, Levels)
     assert set(found.parity.tolist()) == {"oo"}
@@ -128,10 +128,10 @@ def test_stored_levels_are_read_back_by_range_and_parity(tmp_path):
         (lambda c: list(c.rows(limit=-1)), "limit = -1: give a whole number, 0 or more"),
         (lambda c: c.fill_births("x"), "periods 'x'"),
         (lambda c: c.prove_bounds(width=-1), "above 0"),
-        (lambda c: c.fill_levels(3, parities=["xx"]), "use ee, eo, oe or oo"),
-        (lambda c: c.fill_levels(5, 3), "is not a range"),
-        (lambda c: c.fill_levels(3, parities=[]), "no parity: use ee, eo, oe or oo"),
-        (lambda c: c.levels(-1), "k_max -1: give a number above 0"),
+        (lambda c: c.fill_levels(3, parity=["xx"]), "use ee, eo, oe or oo"),
+        (lambda c: c.fill_levels((5, 3)), "is not a range"),
+        (lambda c: c.fill_levels(3, parity=[]), "no parity: use ee, eo, oe or oo"),
+        (lambda c: c.levels(-1), "k = -1: give a number above 0"),
         (lambda c: c.simulate(0), "bounces = 0: give a whole number, 1 or more"),
         (lambda c: c.simulate(0, legwise=True), "bounces = 0"),
         (lambda c: c.verify(sample=0), "sample = 0: give a whole number, 1 or more"),

@@ -81,7 +81,7 @@ LISTS = {
     "p": lambda c: c.fill("2-3"),
     "upper": lambda c: c.entropy_curve(),
     "code": lambda c: c.with_length(10.4),
-    "strength": lambda c: c.scars(1, 3, word="13", parities="ee"),
+    "strength": lambda c: c.scars((1, 3), code="13", parity="ee"),
     "N_t": lambda c: c.sweeps(),
 }
 """A column of each list of results."""
@@ -97,9 +97,9 @@ def test_a_list_of_results_is_a_data_frame_of_its_entries(catalogue, column):
 
 @pytest.mark.slow
 def test_scars_are_of_the_a_that_was_asked_for(catalogue, varied):
-    there = Catalogue(varied, 1.0).scars(1, 3, word="13", parities="ee")
-    assert catalogue.scars(1, 3, word="13", parities="ee", a=1.0) == there
-    assert catalogue.scars(1, 3, word="13", parities="ee") != there
+    there = Catalogue(varied, 1.0).scars((1, 3), code="13", parity="ee")
+    assert catalogue.scars((1, 3), code="13", parity="ee", a=1.0) == there
+    assert catalogue.scars((1, 3), code="13", parity="ee") != there
 
 
 def test_missing_numbers_of_a_data_frame_are_nan(catalogue):

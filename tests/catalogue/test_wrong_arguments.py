@@ -11,7 +11,7 @@ from orbitdb import Catalogue, InputError
 
 orbitdb: Any = orbitdb_  # so that wrong types can be given
 
-REQUIRED = {"word": "13", "length": 10.4, "low": 1.0, "periods": "2", "p": 2, "a": 1.6, "name": "13",
+REQUIRED = {"k": 5.0, "word": "13", "length": 10.4, "p": 2, "a": 1.6, "name": "13",
             "statement": "SELECT 1 AS one", "column": "length", "columns": ["p"],
             "folder": "data", "kappa": 0.05, "target": "nowhere/copy.db", "path": "atlas.html",
             "paths": ["part.db"]}  # fmt: skip
@@ -60,7 +60,7 @@ def test_an_argument_of_a_wrong_type_is_an_error_and_stores_nothing(catalogue, m
     [
         (lambda c: c.births("7"), "p = '7': give a whole number"),
         (lambda c: c.births(7.5), r"p = 7\.5: give a whole number"),
-        (lambda c: c.scars(1, 2, parities=3), "parity 3: use ee, eo, oe or oo"),
+        (lambda c: c.scars((1, 2), parity=3), "parity 3: use ee, eo, oe or oo"),
         (lambda c: c.fill(3, jobs=1.5), r"jobs = 1\.5: give a whole number"),
         (lambda c: c.lyapunov(True), "choose a subset by criteria"),
         (lambda c: c.count(parameters=7), "parameters = 7: give a dict"),
@@ -76,12 +76,12 @@ def test_an_argument_of_a_wrong_type_is_an_error_and_stores_nothing(catalogue, m
         (lambda c: c.spectrum({}), "lengths {}: give a range"),
         (lambda c: c.select().averages(weight="x"), "weight 'x': use exp or det"),
         (lambda c: orbitdb.Catalogue(1.6), r"path = 1\.6: give the path of a file; a half length is a=1\.6"),
-        (lambda c: c.levels("30"), "k_max = '30': give a number"),
+        (lambda c: c.levels("30"), "k = '30': give a number"),
         (lambda c: c.lyapunov(cut="9"), "cut = '9': give a number"),
         (lambda c: c.prove_bounds(width="1"), "width = '1': give a number"),
         (lambda c: c.with_length("10.4"), r"length = '10\.4': give a number"),
         (lambda c: c.select(symmetry=1), "symmetry = 1: give a text such as 'x,T,xT'"),
-        (lambda c: orbitdb.levels(1.6, 10, "oo"), "k = 'oo': give a number"),
+        (lambda c: orbitdb.levels(1.6, "oo"), "k = 'oo': give a number"),
         (lambda c: orbitdb.solve(7.5, 1.6), "a code is a string"),
         (lambda c: orbitdb.simulate(1.6, 1000, seed=-1), "seed = -1"),
         (lambda c: next(orbitdb.waves(1.6, 1, 2, None)), "waves have one parity"),

@@ -44,7 +44,7 @@ def test_lengths_at_a_1(code):
 @pytest.mark.slow
 @pytest.mark.parametrize("published", LEVELS)
 def test_levels_near_k_100(published):
-    found = levels(1.0, low=published - 0.003, high=published + 0.003, parities=["oo"])
+    found = levels(1.0, (published - 0.003, published + 0.003), parity=["oo"])
     assert len(found.k) == 1
     assert found.k[0] == pytest.approx(published, abs=LEVELS[published])
     assert found.error[0] < 1e-11
@@ -58,7 +58,7 @@ def test_avoided_crossings(number):
     half_lengths = published + np.array([-0.02, 0.0, 0.02])
     gaps = []
     for a in half_lengths.tolist():
-        k = levels(a, low=0.0, high=5.0, parities=["ee"]).k
+        k = levels(a, 5.0, parity=["ee"]).k
         gaps.append((k[number] ** 2 - k[number - 1] ** 2) * Stadium(a).area)
     curve = np.polyfit(half_lengths - published, np.square(gaps), 2)
     assert curve[0] > 0

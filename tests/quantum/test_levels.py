@@ -150,7 +150,7 @@ def test_windows_leave_no_gap_and_follow_weyls_law():
     assert [each.low for each in found[1:]] == [each.high for each in found[:-1]]
     assert [each.below for each in found] == [sum(len(one.k) for one in found[:n]) for n in range(len(found))]
     k, places = np.concatenate([each.k for each in found]), np.linspace(0, 27, 2000)
-    assert levels(1.6, 27.0, parities=("oo",)).k.tolist() == k.tolist()
+    assert levels(1.6, 27.0, parity=("oo",)).k.tolist() == k.tolist()
     off = np.searchsorted(k, places) - weyl(Stadium(1.6), Parity.OO)(places)
     assert abs(off.mean()) < 0.05
     assert np.abs(off).max() < 2.7
@@ -173,7 +173,7 @@ def _smallest(k: float, a: float) -> float:
 @pytest.mark.slow
 def test_particular_solutions_find_the_same_levels():
     """Source: T. Betcke and L. N. Trefethen, SIAM Review 47 (2005) 469."""
-    found = levels(0.3, 9.0, parities=("oo",))
+    found = levels(0.3, 9.0, parity=("oo",))
     assert abs(len(found.k) - weyl(Stadium(0.3), Parity.OO)(9.0)) < 1
     assert found.error.max() < 1e-9
     for k in found.k:

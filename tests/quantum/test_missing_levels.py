@@ -62,7 +62,7 @@ def test_the_staircase_is_the_sum_of_its_terms(catalogue):
 
 @pytest.mark.parametrize("parity", [Parity.OO, pytest.param(Parity.EE, marks=pytest.mark.slow)])
 def test_levels_from_orbits_agree_with_exact_levels_within_their_errors(catalogue, exact, parity):
-    known = exact if parity is Parity.OO else levels(1.6, 16.0, parities=[parity]).k
+    known = exact if parity is Parity.OO else levels(1.6, 16.0, parity=[parity]).k
     found = catalogue.levels(16.0, parity=parity, method="orbits")
     assert len(found) == len(known)
     off = np.abs(found.k - known)
@@ -88,7 +88,7 @@ def test_levels_from_orbits_end_where_they_become_unreliable(catalogue):
 def test_stored_levels_are_paired_by_number(catalogue, tmp_path):
     own = Catalogue.create(tmp_path / "orbits.db", 1.6)
     own.fill("2-8")
-    own.fill_levels(5, 7, parities=["oo", "ee"])
+    own.fill_levels((5, 7), parity=["oo", "ee"])
     found = own.levels(9, method="orbits")
     known = answer(own.path, stored_counterparts, found)
     stored = {(k, parity) for k, parity in zip(own_rows(own), ["oo"] * 99, strict=False)}

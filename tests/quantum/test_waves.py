@@ -40,7 +40,7 @@ def quarter(a=A, size=40):
 
 @pytest.mark.slow
 def test_waves_belong_to_levels(few):
-    assert [wave.k for wave in few] == pytest.approx(levels(A, 8, 10, ["oo"]).k.tolist(), rel=1e-11)
+    assert [wave.k for wave in few] == pytest.approx(levels(A, (8, 10), ["oo"]).k.tolist(), rel=1e-11)
 
 
 @pytest.mark.slow
@@ -156,11 +156,11 @@ def test_the_husimi_function_has_the_symmetries_of_the_wave(few):
 @pytest.mark.slow
 def test_scars_are_sorted_by_strength_and_compared_with_neighbouring_levels(few):
     orbit = solve_word("0123", A)
-    found = scars_of([orbit], 8, 10, [Parity.OO], "strength")
+    found = scars_of([orbit], (8, 10), [Parity.OO], [("strength", True)])
     assert [scar.strength for scar in found] == sorted((scar.strength for scar in found), reverse=True)
     assert sorted(scar.k for scar in found) == pytest.approx([wave.k for wave in few])
     above = {scar.k: there(scar.above) for scar in found}
-    (one,) = scars_of([orbit], few[2].k + 1e-6, None, [Parity.OO])
+    (one,) = scars_of([orbit], few[2].k + 1e-6, [Parity.OO], [("k", False)])
     assert one.above == pytest.approx(
         next(z for k, z in above.items() if abs(k - one.k) < 1e-9), rel=1e-6
     )  # whatever the range
@@ -184,17 +184,19 @@ def test_the_bouncing_balls_have_the_mean_over_their_rectangle(few):
 def test_scars_take_one_k_or_a_range_and_an_order(tmp_path):
     catalogue = Catalogue.create(tmp_path / "orbits.db", A)
     catalogue.fill("2-4")
-    by = {order: catalogue.scars(8, 10, word="02", parities="oo", order=order) for order in ("k", "above")}
-    assert [scar.k for scar in by["k"]] == sorted(scar.k for scar in by["above"])
-    above = [there(scar.above) for scar in by["above"]]
+    by = {
+        order: catalogue.scars((8, 10), code="02", parity="oo", order=order) for order in ("k", "above desc")
+    }
+    assert [scar.k for scar in by["k"]] == sorted(scar.k for scar in by["above desc"])
+    above = [there(scar.above) for scar in by["above desc"]]
     assert above == sorted(above, reverse=True)
-    (nearest,) = catalogue.scars(9, word="02", parities="oo")
+    (nearest,) = catalogue.scars(9, code="02", parity="oo")
     expected = min(by["k"], key=lambda scar: abs(scar.k - 9))
     assert (nearest.parity, nearest.code) == (expected.parity, expected.code)
     assert nearest.k == pytest.approx(expected.k, rel=1e-13)  # from another window
     assert nearest.strength == pytest.approx(expected.strength, rel=1e-9)  # from other neighbours
-    assert len(catalogue.scars(9, parities="oo")) == 5
+    assert len(catalogue.scars(9, parity="oo")) == 5
     with pytest.raises(InputError, match="give the lower end first"):
-        catalogue.scars(10, 8, word="02")
+        catalogue.scars((10, 8), code="02")
     with pytest.raises(InputError, match="order 'x'"):
-        catalogue.scars(8, 10, order="x")
+        catalogue.scars((8, 10), order="x")

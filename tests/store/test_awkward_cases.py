@@ -200,7 +200,7 @@ def test_only_levels_that_are_not_stored_are_computed(awkward_once, low, high, m
 
 
 def test_stored_levels_agree_with_weyls_law_in_any_part_of_their_range(awkward):
-    found = Catalogue(awkward, 1.6).fill_levels(8.3, 9, parities=["ee"])
+    found = Catalogue(awkward, 1.6).fill_levels((8.3, 9), parity=["ee"])
     off = float(found.notes[0].split("on average ")[1].split()[0])
     assert abs(off) < 1
     assert 0 < len(found) < 4
