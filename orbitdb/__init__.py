@@ -78,7 +78,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.quantum.length_spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
     from orbitdb.store.selection import Selection as Selection
-    from orbitdb.store.lives import Life as Life
+    from orbitdb.store.lookup import Life as Life
     from orbitdb.store.periods import BirthFill as BirthFill, Contents as Contents
     from orbitdb.store.periods import Fill as Fill, Sweep as Sweep
     from orbitdb.symbols.plane import symbol_plane as symbol_plane
@@ -126,7 +126,7 @@ _HOMES = {
     "quantum.level_files": ("read_levels",),
     "quantum.waves": ("Wave", "waves"),
     "store.selection": ("Selection",),
-    "store.lives": ("Life",),
+    "store.lookup": ("Life",),
     "store.periods": ("BirthFill", "Contents", "Fill", "Sweep"),
     "symbols.plane": ("symbol_plane",),
     "trajectories.ensemble": ("Reference",),

@@ -313,7 +313,7 @@ class Catalogue:
             If no catalogue can have births of the period.
         """
         from orbitdb.answers.results import Births
-        from orbitdb.store.lives import read_lives
+        from orbitdb.store.lookup import read_lives
         from orbitdb.store.periods import read_birth_fills
 
         period = check_int("p", p, -math.inf)
@@ -523,7 +523,8 @@ class Catalogue:
         013 10.850685
         """
         from orbitdb.answers.listing import Listing
-        from orbitdb.store.select import VIEWED, WORDS
+        from orbitdb.store.select import WORDS
+        from orbitdb.store.views import VIEWED
 
         first = check_int("offset", offset, 0)
         most = None if limit is None else check_int("limit", limit, 0)

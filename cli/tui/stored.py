@@ -15,7 +15,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import DeletedError, InputError, StoreError
 from orbitdb.output_files import complete
-from orbitdb.store.select import Words, place_of, places_of, rows_at, rows_of
+from orbitdb.store.select import Words, row_key_of, row_keys_of, rows_at, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
@@ -75,7 +75,7 @@ _KEPT = 32
 class Pages:
     """The rows of a subset in some order, each with the code first; the most recently read blocks are cached.
 
-    The places of all rows are kept as one array, so that the last row, and the row of a word, take no longer
+    The keys of all rows are kept as one array, so that the last row, and the row of a word, take no longer
     than the first. Without them, only the first rows are known. Without a catalogue there are no rows
     (`NONE`).
     """
@@ -84,7 +84,7 @@ class Pages:
     chosen: Words
     fields: Sequence[str]
     size: int = 0
-    places: NDArray[np.void] | None = None
+    keys: NDArray[np.void] | None = None
 
     def __post_init__(self) -> None:
         self._blocks: LRUCache[int, list[Row]] = LRUCache(_KEPT)  # a cached method would keep it alive
@@ -101,8 +101,8 @@ class Pages:
         """Find the rows of a subset in a given order at one moment; later, they are read as they then are."""
         chosen = Words(selection, str(ordering))
         with then._reading() as connection:
-            places = places_of(connection, chosen)
-        return cls(catalogue, chosen, fields, len(places), places)
+            keys = row_keys_of(connection, chosen)
+        return cls(catalogue, chosen, fields, len(keys), keys)
 
     @classmethod
     def first(
@@ -122,8 +122,8 @@ class Pages:
             with self.catalogue._reading() as connection:
                 self._blocks[number] = (
                     list(rows_of(connection, self.chosen, self.fields, first, last))
-                    if self.places is None
-                    else rows_at(connection, self.chosen, self.fields, self.places[first:last])
+                    if self.keys is None
+                    else rows_at(connection, self.chosen, self.fields, self.keys[first:last])
                 )
         if within >= len(self._blocks[number]):
             self._blocks.discard(number)
@@ -132,14 +132,14 @@ class Pages:
 
     def position(self, word: str) -> int | None:
         """Return the index of the row of a word, given as its least rotation, or None."""
-        if self.catalogue is None or self.places is None:
+        if self.catalogue is None or self.keys is None:
             return None
         with self.catalogue._reading() as connection:
-            place = place_of(connection, self.chosen, word)
-        if place is None:
+            key = row_key_of(connection, self.chosen, word)
+        if key is None:
             return None
-        number, element = place
-        found = np.flatnonzero((self.places["id"] == number) & (self.places["element"] == element))
+        number, element = key
+        found = np.flatnonzero((self.keys["id"] == number) & (self.keys["element"] == element))
         return int(found[0]) if len(found) else None
 
 

@@ -16,10 +16,10 @@ from orbitdb.arrays import Integers
 from orbitdb.errors import AlteredError, InputError, NotStoredError
 from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
 from orbitdb.orbits.status import EXISTING, Status
-from orbitdb.store.lives import counts_at
-from orbitdb.store.lookup import WITH_ORBITS, a_values, default_a
+from orbitdb.store.conditions import asks_of_lives, parse_order
+from orbitdb.store.lookup import WITH_ORBITS, a_values, counts_at, default_a
 from orbitdb.store.periods import Fill, Sweep, read_birth_fills, read_fills, read_pruned_fills, read_sweeps
-from orbitdb.store.select import asks_of_lives, count, parse_order
+from orbitdb.store.select import count
 from orbitdb.store.selection import Selection, SelectionError, written_periods
 from orbitdb.store.sqlite import DATABASE_ERRORS, Connection
 from orbitdb.store.where import check, codes_are_texts, reads_codes

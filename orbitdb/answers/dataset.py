@@ -35,7 +35,7 @@ from orbitdb.output_files import check_space, complete_folder, write_csv, write_
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import check_replaced
-from orbitdb.store.lives import read_lives
+from orbitdb.store.lookup import read_lives
 from orbitdb.store.periods import Fill, class_rows, runs
 from orbitdb.store.select import COORDINATES, Words, count, rows_of
 from orbitdb.store.selection import Selection

@@ -41,7 +41,7 @@ from orbitdb.text import format_float, several
 if TYPE_CHECKING:
     import pandas
 
-COLUMNS = (
+FIELD_COLUMNS = (
     "code", "p", "a", "kappa", "status", "action", "length", "area", "lyapunov", "trace", "splitting",
     "residual",
 )  # fmt: skip
@@ -103,7 +103,7 @@ class FieldOrbits(Table, Drawn):
 
     _FIGURES: ClassVar[tuple[str, ...]] = ("field",)
 
-    columns: ClassVar[tuple[str, ...]] = COLUMNS
+    columns: ClassVar[tuple[str, ...]] = FIELD_COLUMNS
     selection: Selection
     code: Texts
     p: Integers
@@ -129,7 +129,7 @@ class FieldOrbits(Table, Drawn):
         return f"<{subject}, kappa = {values}: {several(int(self.exists.sum()), 'orbit')}>"
 
     def _columns_shown(self) -> dict[str, Sequence[Any]]:
-        return {name: getattr(self, name)[:MOST_SHOWN].tolist() for name in COLUMNS}
+        return {name: getattr(self, name)[:MOST_SHOWN].tolist() for name in FIELD_COLUMNS}
 
     @property
     def a(self) -> Floats:
@@ -147,7 +147,7 @@ class FieldOrbits(Table, Drawn):
         """Which entries are orbits, unstable or stable, shape (N,)."""
         return np.isin(self.status, IN_FIELD)
 
-    def rows(self, names: Sequence[str] = COLUMNS) -> Iterator[tuple[Any, ...]]:
+    def rows(self, names: Sequence[str] = FIELD_COLUMNS) -> Iterator[tuple[Any, ...]]:
         """Yield the named columns of each entry as plain values; missing numbers are None."""
         columns = (getattr(self, name).tolist() for name in names)
         return zip(*([None if value != value else value for value in column] for column in columns),
@@ -155,7 +155,7 @@ class FieldOrbits(Table, Drawn):
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a pandas data frame (extra ``pandas``) with the columns of the JSON output."""
-        columns = {name: getattr(self, name) for name in COLUMNS}
+        columns = {name: getattr(self, name) for name in FIELD_COLUMNS}
         return data_frame(columns, selection=self.selection.describe())
 
     def counts(self) -> Result:
@@ -261,7 +261,7 @@ _NO_WORDS: dict[str, Any] = {
     name: np.zeros(
         0, {"code": np.dtypes.StringDType(), "status": np.dtypes.StringDType(), "p": np.int64}.get(name)
     )
-    for name in (*COLUMNS, "least_sine")
+    for name in (*FIELD_COLUMNS, "least_sine")
     if name != "a"
 }
 """The columns of no words."""

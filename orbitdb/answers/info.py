@@ -20,7 +20,7 @@ from orbitdb.text import format_float, gigabytes, several
 if TYPE_CHECKING:
     import pandas
 
-COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
+PERIOD_COLUMNS = ("a", "p", "state", "stored", "N_t", "N_c", "boundary", "unresolved",
            "seconds", "enumerating", "solving", "storing")  # fmt: skip
 _OF_FILL = attrgetter("p", "state", "words", "n_t", "n_c", "boundary", "unresolved",
                      "seconds", "enumerating", "solving", "storing")  # fmt: skip
@@ -66,7 +66,7 @@ class Info:
 def read_info(connection: Connection, facts: bool = True) -> Info:
     """Return what a catalogue contains (`Catalogue.info`)."""
     rows = [row for a in a_values(connection) for row in _periods(connection, a)]
-    return Info(_facts(connection) if facts else [], COLUMNS, sorted(rows, key=itemgetter(0, 1)))
+    return Info(_facts(connection) if facts else [], PERIOD_COLUMNS, sorted(rows, key=itemgetter(0, 1)))
 
 
 def _periods(connection: Connection, a: float) -> list[tuple[Any, ...]]:

@@ -16,8 +16,9 @@ from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
 from orbitdb.display import MOST_SHOWN, columns_of, data_frame, text_table
 from orbitdb.output_files import check_rows, write_file
+from orbitdb.store.conditions import parse_order
 from orbitdb.store.file import read_whole
-from orbitdb.store.select import COLUMNS, Words, count, parse_order, rows_of
+from orbitdb.store.select import ROW_COLUMNS, Words, count, rows_of
 from orbitdb.store.selection import Selection, unknown_column
 from orbitdb.store.sqlite import Connection, path_of
 from orbitdb.text import format_float, several
@@ -76,8 +77,8 @@ class Listing:
 
     def __post_init__(self) -> None:
         for name in self.columns:
-            if name not in COLUMNS:
-                raise unknown_column(name, COLUMNS)
+            if name not in ROW_COLUMNS:
+                raise unknown_column(name, ROW_COLUMNS)
         parse_order(self.order)  # refuses unknown columns, too
 
     def __iter__(self) -> Iterator[Row]:

@@ -22,7 +22,7 @@ from orbitdb.display import (
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
-from orbitdb.store.lives import Life
+from orbitdb.store.lookup import Life
 from orbitdb.store.selection import Selection
 from orbitdb.text import format_float, shortened
 

@@ -28,7 +28,7 @@ from orbitdb.text import format_float, outward
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
     from orbitdb.entropy_bounds.bounds import EntropyBounds
-    from orbitdb.store.lives import Life
+    from orbitdb.store.lookup import Life
 
 _TICKS = ((1,), (1, 3), (1, 2, 5), tuple(range(1, 10)))
 """Leading digits of the values of a to label, from few to many."""

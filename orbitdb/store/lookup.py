@@ -1,10 +1,10 @@
-"""Look up words in a catalogue, and find its default a."""
+"""Look up words and their lives in a catalogue, count orbits at any a, and find the default a."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from sqlalchemy import REAL, Connection, Integer, Text, and_, bindparam, cast, func, or_, select, true
@@ -12,6 +12,7 @@ from sqlalchemy import REAL, Connection, Integer, Text, and_, bindparam, cast, f
 from orbitdb.arrays import Floats
 from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.display import Record
 from orbitdb.errors import InputError
 from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.orbit import Orbit, pruned_words
@@ -20,10 +21,15 @@ from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store.file import reading
 from orbitdb.store.sqlite import cursor_of, path_of
+from orbitdb.store.tables import BORN
 from orbitdb.store.views import classes, life
+from orbitdb.symbols.pruning import count_admissible
 from orbitdb.symbols.symmetry import SymmetryClass, act_on_areas, class_of, image_coordinates
-from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period
+from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period, word_of
 from orbitdb.text import format_float
+
+if TYPE_CHECKING:
+    from orbitdb.orbits.exponents import Tally
 
 Lives = tuple[tuple[float, float | None], ...]
 
@@ -93,8 +99,8 @@ def _image(word: str, family: SymmetryClass, stored: Mapping[str, Any], a: float
     if row["area"] is not None:
         row["area"] = float(act_on_areas(family.element, row["area"]))
     if row["coordinates"] is not None:
-        places = np.frombuffer(row["coordinates"], dtype="<f8")[None, :]
-        coordinates = image_coordinates([word], [family.representative], family.element, places)[0]
+        least = np.frombuffer(row["coordinates"], dtype="<f8")[None, :]
+        coordinates = image_coordinates([word], [family.representative], family.element, least)[0]
     row |= {"status": Status(row["status"]), "coordinates": coordinates, "stored": True}
     return Orbit(**{"code": word, "representative": family.representative, "a": a, **row})
 
@@ -151,6 +157,80 @@ def born_with(connection: Connection, orbit: Orbit) -> list[tuple[float, list[st
     for a, word in connection.execute(query):
         by_birth.setdefault(a, []).append(word)
     return list(by_birth.items())
+
+
+@dataclass(frozen=True)
+class Life(Record):
+    """A life of a symmetry class: a range of a in which it is an orbit.
+
+    Attributes
+    ----------
+    word : str
+        The representative.
+    p, class_size : int
+    born : float or None
+        The value of a at its birth; None if it is an orbit from a = 0 on.
+    born_error : float
+        Bound on the error of `born`.
+    dies, dies_error : float or None
+        The value of a at its death, and the bound on its error; None if it does not die.
+    """
+
+    word: str
+    p: int
+    class_size: int
+    born: float | None
+    born_error: float
+    dies: float | None
+    dies_error: float | None
+
+
+def read_lives(connection: Connection, p: int) -> list[Life]:
+    """Return the lives of all classes of a period, in order of birth."""
+    columns = [life.c[field.name] for field in fields(Life)]
+    query = select(*columns).where(life.c.cycle.between(*keys_of_period(p)))
+    return [Life(*row) for row in connection.execute(query.order_by(life.c.born, life.c.word))]
+
+
+NEAR = 2.0
+"""Within this many error bounds of a birth or death, births and deaths do not decide the status of a word."""
+
+_ROW = np.dtype([("cycle", "i8"), ("size", "i8"), ("a", "f8"), ("error", "f8"), ("born", "i8")])
+
+
+def counts_at(connection: Connection, a: float, p: int) -> "Tally":
+    """Count the orbits of a period at a given a; the births of the period must be complete.
+
+    A class within the error of a birth or death is solved at this a, in ball arithmetic if necessary, so that
+    orbits through a joint are recognised as they are in a fill.
+    """
+    from orbitdb.orbits.exponents import Tally
+
+    own = t.change.c
+    query = (
+        select(t.cycle.c.id, t.cycle.c.class_size, own.a, own.error, own.kind == BORN)
+        .join_from(t.change, t.cycle, t.cycle.c.id == own.cycle)
+        .where(own.cycle.between(*keys_of_period(p)))
+        .order_by(own.cycle, own.number)
+    )
+    rows = (tuple(row) for row in connection.execute(query))
+    changes = np.fromiter(rows, _ROW)  # a list of all tuples would take four times the memory
+    cycles, starts = np.unique(changes["cycle"], return_index=True)
+    sizes = changes["size"][starts]
+    begun = np.where(changes["a"] < a, np.where(changes["born"], 1, -1), 0)
+    near = np.abs(changes["a"] - a) <= NEAR * changes["error"]
+    alive = np.add.reduceat(begun, starts) > 0
+    status = np.where(alive, Status.ORBIT, Status.DYNAMICAL).astype(object)
+    undecided = np.flatnonzero(np.logical_or.reduceat(near, starts))
+    if len(undecided):
+        from orbitdb.orbits.solve import solve  # seldom needed
+
+        words = from_strings([word_of(number) for number in cycles[undecided].tolist()])
+        status[undecided] = solve(words, Stadium(a)).status
+    orbits, boundary, unresolved = (
+        int(sizes[status == one].sum()) for one in (Status.ORBIT, Status.BOUNDARY, Status.UNRESOLVED)
+    )
+    return Tally(count_admissible(p), orbits, int((status == Status.ORBIT).sum()), boundary, unresolved)
 
 
 def orbits_of_length(

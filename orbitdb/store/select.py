@@ -4,7 +4,6 @@ Geometrically pruned words have no class; they are found only if the selection n
 """
 
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
@@ -13,20 +12,19 @@ from typing import Any
 import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
-from sqlalchemy import Boolean, ColumnElement, FromClause, func, select, type_coerce
-from sqlalchemy.sql.base import ReadOnlyColumnCollection
+from sqlalchemy import ColumnElement, FromClause, func, select
 
 from orbitdb.arrays import Integers
-from orbitdb.columns import IN_CATALOGUE, WRITTEN, kind_of
-from orbitdb.errors import DeletedError, check_text
+from orbitdb.columns import kind_of
+from orbitdb.errors import DeletedError
 from orbitdb.orbits.status import Status
 from orbitdb.store import tables as t
 from orbitdb.store import views
-from orbitdb.store.lives import NEAR
+from orbitdb.store.conditions import conditions_of, is_of_classes, parse_order
 from orbitdb.store.lookup import area_slopes_of, coordinates_of
-from orbitdb.store.selection import Selection, SelectionError, unknown_column
+from orbitdb.store.selection import Selection, unknown_column
 from orbitdb.store.sqlite import cursor_of, driver_of, never
-from orbitdb.store.where import CancelledError, Patience, check, expression, watched
+from orbitdb.store.where import CancelledError, Patience, watched
 from orbitdb.symbols.symmetry import (
     ELEMENT_OF,
     REVERSE,
@@ -34,24 +32,20 @@ from orbitdb.symbols.symmetry import (
     STABILISER_OF,
     class_of,
     images_of,
-    images_of_pattern,
 )
-from orbitdb.symbols.words import MAX_KEYED, key, least_rotation
-
-VIEWED = tuple(column.name for column in IN_CATALOGUE)
-"""The columns of the view ``catalogue``."""
+from orbitdb.symbols.words import least_rotation
 
 WORDS = "words"
 COORDINATES, AREA_SLOPE, REVERSED = "coordinates", "area_slope", "reverse"
 _COMPUTED = (COORDINATES, AREA_SLOPE, REVERSED)
-COLUMNS = (*VIEWED, WORDS, *_COMPUTED)
+ROW_COLUMNS = (*views.VIEWED, WORDS, *_COMPUTED)
 """The columns that can be read: those of the view, the number of chosen words, and computed ones."""
 
 ROWS = 1 << 12
 """Number of rows that are fetched at once."""
 
-PLACE = np.dtype([("id", "i8"), ("element", "u1")])
-"""A row: the id of its class, or that of the pruned word, and the element that leads to the word."""
+ROW_KEY = np.dtype([("id", "i8"), ("element", "u1")])
+"""What names a row: the id of its class or pruned word, and the element that leads to the word."""
 
 _KEYS = ("id", "p", "representative", "code", "element")
 """The columns that decide the order of rows with equal sort keys, and from which others are computed."""
@@ -192,13 +186,13 @@ def rows_of(
     Raises
     ------
     SelectionError
-        If a column is not one of `COLUMNS`.
+        If a column is not one of `ROW_COLUMNS`.
     AlteredError
         If a row cannot be read because it was altered.
     """
     for name in names:
-        if name not in COLUMNS:
-            raise unknown_column(name, COLUMNS)
+        if name not in ROW_COLUMNS:
+            raise unknown_column(name, ROW_COLUMNS)
     for block in _blocks(connection, words, names, first, last):
         if driver_of(connection).cancelled():
             raise CancelledError
@@ -206,21 +200,21 @@ def rows_of(
 
 
 def rows_at(
-    connection: sa.Connection, words: Words, names: Sequence[str], places: NDArray[np.void]
+    connection: sa.Connection, words: Words, names: Sequence[str], keys: NDArray[np.void]
 ) -> list[tuple[Any, ...]]:
-    """Return the rows at some places, a part of `places_of`; raise `DeletedError` if one is gone."""
+    """Return the rows with some keys, a part of `row_keys_of`; raise `DeletedError` if one is gone."""
     found: dict[tuple[int, int], tuple[Any, ...]] = {}
     listed = (*names, "id", "element")
-    for block in _blocks(connection, words, listed, ids=np.unique(places["id"])):
+    for block in _blocks(connection, words, listed, ids=np.unique(keys["id"])):
         found |= {(number, element or 0): tuple(row) for *row, number, element in zip(*block, strict=True)}
     try:
-        return [found[place] for place in places.tolist()]
+        return [found[key] for key in keys.tolist()]
     except KeyError:
         raise DeletedError("some of the rows") from None
 
 
-def place_of(connection: sa.Connection, words: Words, word: str) -> tuple[int, int] | None:
-    """Return the place of the row of a word, given as its least rotation, or None if it has no row."""
+def row_key_of(connection: sa.Connection, words: Words, word: str) -> tuple[int, int] | None:
+    """Return the key of the row of a word, given as its least rotation, or None if it has no row."""
     own = (t.pruned.c.p == len(word), t.pruned.c.word == word)
     pruned = connection.scalar(select(t.pruned.c.id).where(*own))
     least = class_of(word).representative
@@ -324,8 +318,8 @@ def _as_array(name: str, values: Sequence[Any]) -> NDArray[Any]:
     return np.array([value or "" for value in values], np.dtypes.StringDType())
 
 
-def places_of(connection: sa.Connection, words: Words) -> NDArray[np.void]:
-    """Return the places of all rows in order, shape (N,), with the fields of `PLACE`.
+def row_keys_of(connection: sa.Connection, words: Words) -> NDArray[np.void]:
+    """Return the keys of all rows in order, shape (N,), with the fields of `ROW_KEY`.
 
     Where whole classes are chosen and sorted, SQLite sorts the classes, which are an eighth of the words.
     """
@@ -340,141 +334,10 @@ def places_of(connection: sa.Connection, words: Words) -> NDArray[np.void]:
         ids, owners = np.repeat(found["id"], sizes), np.repeat(np.arange(len(sizes)), sizes)
         nth = np.arange(len(ids)) - (np.cumsum(sizes) - sizes)[owners]
         elements = ELEMENT_OF[masks[owners], nth]
-    places = np.empty(len(ids), PLACE)
-    places["id"], places["element"] = ids, elements
-    return places
+    keys = np.empty(len(ids), ROW_KEY)
+    keys["id"], keys["element"] = ids, elements
+    return keys
 
 
 _ALONE = (1 << 8) - 1
 """The stabiliser of a word without other images; a pruned word has no class, so it counts as one."""
-
-
-# conditions and orders as SQL
-
-
-_ORDER = re.compile(r"(-?)(\w+)(?:\s+(asc|desc))?", re.IGNORECASE)
-
-
-def conditions_of(selection: Selection, view: FromClause) -> list[ColumnElement[bool]]:
-    """Return a selection as conditions on a view with the name ``catalogue``.
-
-    The expression of the selection must have been checked (`is_of_classes`).
-    """
-    own = view.c
-    found = [own.a == selection.a, t.in_spans(own.p, selection.periods)]
-    if selection.statuses:
-        found.append(own.status.in_([status.value for status in selection.statuses]))
-    if selection.time_reversal:
-        found.append(own.time_reversal == selection.time_reversal)
-    if selection.symmetry:
-        found.append(own.symmetry == selection.symmetry)
-    found += [_lives_at(view, a) > 0 for a in selection.exists]
-    found += [_lives_at(view, a) <= 0 for a in selection.not_at]
-    for name, (low, high) in selection.ranges.items():
-        found += [] if low is None else [own[name] >= low]
-        found += [] if high is None else [own[name] <= high]
-    if selection.codes:
-        found.append(own.code.in_(selection.codes))
-        if max(map(len, selection.codes)) <= MAX_KEYED and "id" not in own:
-            found.append(own.cycle.in_([key(class_of(code).representative) for code in selection.codes]))
-    if selection.contains is not None:
-        found.append(_has(own, selection.contains))
-        if len(selection.contains) <= _LONGEST_PATTERN and "id" not in own:
-            found.append(own.cycle.in_(select(t.cycle.c.id).where(_needed_symbols(selection.contains))))
-    found += [sa.not_(_has(own, pattern)) for pattern in selection.without]
-    if selection.opening:
-        found.append(sa.false() if "id" in own else _avoids(selection, view))
-    if selection.where is not None:
-        found.append(type_coerce(expression(selection.where, selection.parameters), Boolean))
-    return found
-
-
-def _has(own: ReadOnlyColumnCollection[str, Any], pattern: str) -> ColumnElement[bool]:
-    """Return the condition that a cyclic word contains a pattern.
-
-    SQLite's own function is faster, but sees all positions only if the pattern is short enough.
-    """
-    inside = func.instr(own.code.concat(own.code), pattern) > 0
-    found = func.iif(own.p >= len(pattern) - 1, inside, func.contains(own.code, pattern))
-    return type_coerce(found, Boolean)
-
-
-def _avoids(selection: Selection, view: FromClause) -> ColumnElement[bool]:
-    """Return the condition that a word has bounces, and none of them in an opening."""
-    own, cycle = t.orbit.c, t.cycle.c
-    selection.check_opening()
-    texts = " ".join(map(str, selection.opening))
-    found = func.elements_through(cycle.word.concat(""), own.coordinates, texts, type_=sa.Integer)
-    this = t.at_a(t.orbit, selection.a), own.cycle == view.c.cycle, cycle.id == view.c.cycle
-    mask = select(found).where(*this).correlate(view).scalar_subquery()
-    return mask.bitwise_rshift(view.c.element).bitwise_and(1) == 0
-
-
-def _lives_at(view: FromClause, a: float) -> ColumnElement[Any]:
-    """Return the births minus the deaths of a class up to an a, or NULL if no births are stored.
-
-    A class does not count as an orbit if a is within the error of a birth or death, where the orbit may run
-    exactly through a joint.
-    """
-    own = t.change.c
-    counted = sa.case(
-        (sa.and_(own.kind == t.BORN, own.a + NEAR * own.error < a), 1),
-        (sa.and_(own.kind == t.DIED, own.a - NEAR * own.error <= a), -1),
-        else_=0,
-    )
-    return select(func.sum(counted)).where(own.cycle == view.c.cycle).scalar_subquery()
-
-
-def is_of_classes(selection: Selection) -> bool:
-    """Tell whether each class is chosen with all its words or not at all.
-
-    Raises `SelectionError` if the expression of the selection is invalid.
-    """
-    by_class = selection.where is None or check(selection.where, selection.parameters).of_classes
-    of_words = selection.codes or selection.contains or selection.without or selection.opening
-    return by_class and not of_words
-
-
-def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:
-    """Tell whether a subset, its columns or its order depends on births and deaths."""
-    named: set[str | None] = {*selection.ranges, *names, *parse_order(order)}
-    if selection.where is not None:
-        named |= check(selection.where, selection.parameters).columns
-    return bool(selection.exists or selection.not_at or named & {"born", "dies"})
-
-
-def parse_order(order: str) -> dict[str, bool]:
-    """Return the columns to sort by, each mapped to whether its order is descending.
-
-    Raises `SelectionError` if the text cannot be read or names an unknown column.
-    """
-    check_text("order", order, "length desc")
-    keys: dict[str, bool] = {}
-    for part in order.split(","):
-        key = _ORDER.fullmatch(part.strip())
-        if key is None:
-            raise SelectionError(f"order {order!r}: write columns such as 'length' or 'p,lambda_c desc'")
-        falling = bool(key[1]) != ((key[3] or "").lower() == "desc")
-        if key[2] in set(WRITTEN) - set(VIEWED):
-            raise SelectionError(
-                f"order {order!r}: column {key[2]} is computed afterwards, for the chosen rows"
-            )
-        if key[2] not in VIEWED:
-            raise unknown_column(key[2], VIEWED)
-        keys.setdefault(key[2], falling)
-    return keys
-
-
-_LONGEST_PATTERN = 40
-"""Number of symbols of a pattern beyond which the texts of its images would take too long to compare."""
-
-
-def _needed_symbols(pattern: str) -> ColumnElement[bool]:
-    """Return a condition that the table `cycle` fulfils for each class with words that contain a pattern.
-
-    SQLite then need not look at most words, eight to a class, which is what takes long.
-    """
-    own = t.cycle.c
-    twice = own.word.concat(own.word)
-    images = (func.instr(twice, image) > 0 for image in sorted(images_of_pattern(pattern)))
-    return sa.or_(own.p < len(pattern) - 1, *images)

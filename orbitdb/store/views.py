@@ -28,6 +28,7 @@ from sqlalchemy import (
 )
 from sqlalchemy.schema import CreateView, DropView
 
+from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.orbit import error_of_quotient
 from orbitdb.store import tables as t
 from orbitdb.symbols.symmetry import AXIS, ODD, QUARTER_SIGNS
@@ -47,6 +48,9 @@ def _end(value: ColumnElement[Any], number: int) -> ColumnElement[Any]:
     own = (t.change.c.cycle == t.orbit.c.cycle, t.change.c.number == number)
     return select(value).where(*own).correlate(t.orbit).scalar_subquery()
 
+
+VIEWED = tuple(column.name for column in IN_CATALOGUE)
+"""The columns of the view ``catalogue``."""
 
 CLASS_COLUMNS: Expressions = {
     "p": t.cycle.c.p,

@@ -19,7 +19,7 @@ from orbitdb.billiard.stadium import MAX_A, MIN_A
 from orbitdb.orbits.births import JOINTS, events, find_changes, signs
 from orbitdb.orbits.missing_births import Completeness, KnownChange, prove_all
 from orbitdb.orbits.newton import newton
-from orbitdb.store.lives import counts_at
+from orbitdb.store.lookup import counts_at
 from orbitdb.store.periods import BirthFill, count_births, read_birth_fills
 from orbitdb.store.tables import BORN, DIED, DONE
 from orbitdb.symbols.edges import count_by_edges

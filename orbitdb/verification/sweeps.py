@@ -10,7 +10,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.exponents import OrbitClasses, Tally
 from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import Status
-from orbitdb.store.lives import counts_at
+from orbitdb.store.lookup import counts_at
 from orbitdb.store.periods import Sweep, read_birth_fills, read_sweeps
 from orbitdb.store.tables import DONE
 from orbitdb.symbols.edges import count_by_edges

@@ -8,11 +8,12 @@ asked several times, by default 3, and the least time counts.
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from orbitdb import Catalogue
-from orbitdb.cli.tui.stored import USUAL
+from orbitdb import Catalogue, Selection
+from orbitdb.cli.tui.stored import USUAL, Ordering, Pages
 
 A = 1.6
 
@@ -23,6 +24,11 @@ def page_of_lengths(catalogue: Catalogue) -> None:
     assert len(list(listing)) <= listing.total
     assert listing.complete
     assert listing.notes is not None
+
+
+def last_page(pages: Pages) -> None:
+    """Read the last row, as if no page had been read."""
+    replace(pages).row(len(pages) - 1)
 
 
 QUESTIONS: dict[str, Callable[[Catalogue], object]] = {
@@ -61,6 +67,12 @@ def main() -> None:
     print(f"{'milliseconds of processor time':46} {catalogue.count(a=A):>10,} words")
     for name, question in QUESTIONS.items():
         report(name, measured(partial(question, catalogue), repetitions))
+    for order in ("p", "length", "code"):
+        ask = partial(Pages.read, catalogue, Selection(A), Ordering(order), USUAL, catalogue)
+        report(f"the screen by {order}", measured(ask, repetitions))
+        pages = ask()
+        report("  its last page", measured(partial(last_page, pages), repetitions))
+        report("  the row of 0103155", measured(partial(pages.position, "0103155"), repetitions))
 
 
 if __name__ == "__main__":

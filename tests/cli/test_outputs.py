@@ -19,7 +19,7 @@ import pytest
 from contents import made
 
 from orbitdb import Catalogue, Stadium, existence, simulate, solve, solve_word
-from orbitdb.answers.field import COLUMNS as COLUMNS_IN_FIELD
+from orbitdb.answers.field import FIELD_COLUMNS as COLUMNS_IN_FIELD
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods

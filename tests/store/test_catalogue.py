@@ -16,9 +16,9 @@ from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.store.file import migrate, reading
 from orbitdb.store.periods import room
-from orbitdb.store.select import VIEWED as COLUMNS
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.tables import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION, TABLES
+from orbitdb.store.views import VIEWED as COLUMNS
 from orbitdb.store.where import bound_names
 from orbitdb.symbols.pruning import count_admissible, count_pruned
 from orbitdb.text import gigabytes

@@ -7,7 +7,7 @@ from contents import alter
 
 from orbitdb import Catalogue, Selection
 from orbitdb.store.file import reading
-from orbitdb.store.select import Words, count, place_of, places_of, rows_at, rows_of
+from orbitdb.store.select import Words, count, row_key_of, row_keys_of, rows_at, rows_of
 from orbitdb.verification.verify import PROMISES
 
 ORDERS = ["p", "-p", "code desc", "area", "-length,code", "-length", "symmetry,-lambda_c", "rules"]
@@ -17,18 +17,18 @@ CRITERIA = [{}, {"contains": "13"}, {"status": "all"}, {"p": "2-30", "status": "
 @pytest.mark.parametrize("by_class", [False, True])
 @pytest.mark.parametrize("order", ORDERS)
 @pytest.mark.parametrize("criteria", CRITERIA)
-def test_the_places_of_rows_are_those_of_the_rows_in_order(awkward_once, order, criteria, by_class):
+def test_the_keys_of_rows_are_those_of_the_rows_in_order(awkward_once, order, criteria, by_class):
     chosen = Selection.from_criteria(a=1.6, **{"p": "3-6", **criteria})
     with reading(awkward_once) as connection:
         words = Words(chosen, order, by_class)
         rows = list(rows_of(connection, words, ("code", "length", "coordinates")))
-        places = places_of(connection, words)
-        assert len(places) == len(rows) == count(connection, chosen, by_class)
+        keys = row_keys_of(connection, words)
+        assert len(keys) == len(rows) == count(connection, chosen, by_class)
         part = slice(len(rows) // 3, len(rows) // 3 + 40)
-        assert rows_at(connection, words, ("code", "length", "coordinates"), places[part]) == rows[part]
+        assert rows_at(connection, words, ("code", "length", "coordinates"), keys[part]) == rows[part]
         for number in range(0, len(rows), 37):
-            assert place_of(connection, words, rows[number][0]) == places[number].item()
-        assert place_of(connection, words, "13" if criteria.get("p") is None else "0123012301231") is None
+            assert row_key_of(connection, words, rows[number][0]) == keys[number].item()
+        assert row_key_of(connection, words, "13" if criteria.get("p") is None else "0123012301231") is None
 
 
 def test_classes_born_together_have_one_period(awkward_once):

@@ -9,7 +9,7 @@ from contents import alter, made
 from hypothesis import strategies as st
 
 from orbitdb.filling.fill import fill_births, fill_geometric, fill_periods, fill_words
-from orbitdb.store.select import VIEWED as COLUMNS
+from orbitdb.store.views import VIEWED as COLUMNS
 
 DIED, REBORN, ERROR = 0.75, 1.25, 2.0**-30
 """The a at which every third class with stored births dies, the a at which it is reborn, and their error."""
