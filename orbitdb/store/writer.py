@@ -19,7 +19,7 @@ from orbitdb.store.file import open_to_write, reading
 from orbitdb.store.file_kind import need_newest
 from orbitdb.store.journal import JOURNAL_LIMIT, checkpoint, count_transaction, remove_journal_of
 from orbitdb.store.paths import FileId, absolute_path, check_same_file, file_id, journal_ids
-from orbitdb.store.sqlite import Driver, make_engine, plain_errors, uri_of
+from orbitdb.store.sqlite import Driver, driver_of, make_engine, plain_errors, uri_of
 
 
 class Writer:
@@ -57,24 +57,27 @@ class Writer:
         """
         noted = dict(self._run_ids)
         try:
-            self._check_file()
             with plain_errors(self.path):
-                with self._engine.begin() as connection:
-                    before = self._drivers[0].total_changes
+                with self._transaction() as connection:
                     yield connection
-                    if self._drivers[0].total_changes > before:
-                        self._count(connection)
-                    self._check_file()
-                    self._journal = journal_ids(self.path)
                 checkpoint(self._engine, self._drivers[-1], JOURNAL_LIMIT)
         except BaseException as error:
             self._run_ids = noted  # the runs recorded since then were rolled back
             self._interrupted |= not isinstance(error, Exception)
             raise
 
-    def _count(self, connection: Connection) -> None:
-        """Count a transaction in the row of this run, or in that of the last run until this one is stored."""
-        count_transaction(connection, next(iter(self._run_ids.values()), None))
+    @contextmanager
+    def _transaction(self) -> Iterator[Connection]:
+        """Yield a connection in a transaction, which counts if it changes anything."""
+        self._check_file()
+        with self._engine.begin() as connection:
+            driver = driver_of(connection)
+            before = driver.total_changes
+            yield connection
+            if driver.total_changes > before:  # for this run or, until it is stored, for the last one
+                count_transaction(connection, next(iter(self._run_ids.values()), None))
+            self._check_file()
+            self._journal = journal_ids(self.path)
 
     @contextmanager
     def attached(self, path: Path) -> Iterator[None]:
@@ -108,16 +111,22 @@ class Writer:
         StoreError
             If the file is no longer at its path.
         """
-        moved = False
-        if self._journal and not self._interrupted:  # or the interrupted statement may still have the lock
-            with suppress(sqlite3.Error):
-                checkpoint(self._engine, self._drivers[-1])
-                moved = True
+        moved = self._move_journal()
         self._engine.dispose()
         for driver in self._drivers:
             driver.close()
         remove_journal_of(self.path, self.file, self._journal, moved)
         self._check_file()
+
+    def _move_journal(self) -> bool:
+        """Move the journal into the file, if there is one; return whether it was moved."""
+        if not self._journal or self._interrupted:  # the interrupted statement may still have the lock
+            return False
+        try:
+            checkpoint(self._engine, self._drivers[-1])
+        except sqlite3.Error:
+            return False
+        return True
 
     def _check_file(self) -> None:
         """Raise `StoreError` if the file was replaced, moved or deleted since it was opened."""

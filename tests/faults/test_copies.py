@@ -46,7 +46,9 @@ def test_a_copy_replaces_no_catalogue(varied, own, tmp_path, cli):
         Catalogue(varied).copy(text)
     assert text.read_text() == "not a catalogue"
     assert cli("export", str(text), "--db", str(varied)).says(2, "already exists: --force")
-    assert cli("export", str(text), "--db", str(varied), "--p", "3").says(2, "--p does nothing with text.db")
+    assert cli("export", str(text), "--db", str(varied), "--contains", "3").says(
+        2, "--contains does nothing with text.db"
+    )
     assert cli("export", str(text), "--force", "--db", str(varied)).code == 0
     assert content(text) == content(varied)
 
