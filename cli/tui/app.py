@@ -81,6 +81,8 @@ class BrowseApp(App[None], Working):
         super().__init__()
         self.catalogue = Catalogue(path, missing_ok=True)
         self.kept = Kept(state, partial(self.notify, severity="error"))
+        if self.kept.load() and self.kept.state.theme in self.available_themes:
+            self.theme = self.kept.state.theme
         self.title = printable(f"orbitdb {path.name}")
         self._selection, self._code = selection, code
         self.exports: set[Path] = set()  # files that are being written
@@ -209,6 +211,12 @@ class BrowseApp(App[None], Working):
                 self.exports.discard(path)
 
         self.in_thread(f"export {path}", write, self.notify)
+
+    def watch_theme(self, theme: str) -> None:
+        """Keep the theme for the next session."""
+        if self.is_running and theme != self.kept.state.theme:
+            with self.kept.changing() as state:
+                state.theme = theme
 
     # messages and keys
 

@@ -25,7 +25,7 @@ from orbitdb.cli.tui.panels.orbit_panel import OrbitPanel
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.panels.rows_panel import RowsPanel
 from orbitdb.cli.tui.screens import OwnScreen, TopLine, key
-from orbitdb.cli.tui.stored import Kept, Ordering, begun_periods, stamp_of
+from orbitdb.cli.tui.stored import Kept, begun_periods, stamp_of
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.store.selection import Selection
@@ -63,6 +63,7 @@ class MainScreen(OwnScreen[None]):
             Binding("enter", "whole", "facts", tooltip="all facts about this orbit", key_display="enter"),
             Binding("enter", "back(True)", "back", tooltip="return to the rows", key_display="enter"),
             key("v", _to("side", "draw('view')"), "switch between stadium and phase space"),
+            key("P", _to("side", "pair"), "draw the marked orbit, or the reverse, too"),
             key("space", _to("side", "draw('particle')"), "start or stop the particle"),
             key("T,t", _to("side", f"move_in_class({REVERSE})"), "reverse the orbit in time"),
             key("X,x", _to("side", f"move_in_class({MIRROR_X})"), "mirror the orbit left-right"),
@@ -85,15 +86,16 @@ class MainScreen(OwnScreen[None]):
             Binding("slash", _to("chips", "filter"), "filter", tooltip="filter the rows, as with --where"),
             key("equals_sign", "filter_value", "filter by the value under the cursor"),
             key("apostrophe", _to("chips", "marked"), "show only the marked orbits, or all"),
-            key("u", "past_view", "undo the last change of filter, order, columns or a"),
-            Binding("s", _to("rows", "sort"), "sort", tooltip="sort by a column"),
-            key("R", _to("rows", "reverse_order"), "reverse the order"),
+            key("u", "past_view", "undo the last change of the rows or columns"),
+            key("K", _to("rows", "classes"), "show one row a class, or every word"),
+            Binding("s", _to("rows", "sort"), "sort", tooltip="sort by the column under the cursor"),
+            key("R", _to("rows", "sort(True)"), "sort by it in descending order"),
             key("C", _to("rows", "columns"), "choose columns"),
         ),
         *purpose(
             "other",
-            Binding("S", "statistics", "averages", tooltip="averages over the chosen orbits by period"),
-            Binding("d", "counts", "counts", tooltip="counts and histograms of the rows"),
+            Binding("S", "statistics", "stats", tooltip="averages over the chosen orbits by period"),
+            Binding("d", "counts", "counts", tooltip="counts, and a histogram of this column"),
             key("E", "copy_view", "copy the view as a command, or as Python"),
             Binding("e", "export", "save", tooltip="save the rows or the picture to a file"),
             Binding("f", "fill", "fill", tooltip="fill the catalogue"),
@@ -109,7 +111,7 @@ class MainScreen(OwnScreen[None]):
         self._catalogue, self._kept, self._code = catalogue, kept, code
         self.choices = FilterBar(catalogue, kept, selection)
         self.rows = RowsPanel(catalogue, kept)
-        self.side = OrbitPanel(catalogue, selection.a)
+        self.side = OrbitPanel(catalogue, kept, selection.a)
         self._stamp: tuple[int, ...] = ()
         self._lacking: tuple[int, ...] = ()  # the file when it last lacked a row
         self._filled: list[int] = []  # the periods filled at this a when last asked
@@ -131,6 +133,7 @@ class MainScreen(OwnScreen[None]):
         self.watch(self.choices, "trying", self._take_trying, init=False)
         self.watch(self.rows, "ordering", self._remember, init=False)
         self.watch(self.rows, "columns", self._remember, init=False)
+        self.watch(self.rows, "by_class", self._remember, init=False)
         self.watch(self.rows, "report", self._say_report, init=False)
         self.watch(self.rows, "word", lambda word: self.side.show_word(word), init=False)
         self.watch(self.side, "orbit", self._take_orbit, init=False)
@@ -154,7 +157,7 @@ class MainScreen(OwnScreen[None]):
 
     @property
     def view(self) -> View:
-        return View(self.choices.selection, self.rows.ordering, self.rows.columns)
+        return View(self.choices.selection, self.rows.ordering, self.rows.columns, self.rows.by_class)
 
     def _remember(self) -> None:
         """Remember the view before this change, unless a filter is still being typed."""
@@ -167,7 +170,7 @@ class MainScreen(OwnScreen[None]):
             self.notify("there is no view to go back to", timeout=2)
             return
         *past, view = self._past
-        self.rows.ordering, self.rows.columns = view.ordering, view.columns
+        self.rows.ordering, self.rows.columns, self.rows.by_class = view.ordering, view.columns, view.by_class
         self.choices.selection = view.selection
         self._past, self._view = past, view  # going back is no new view
 
@@ -327,11 +330,10 @@ class MainScreen(OwnScreen[None]):
         self._open(StatisticsScreen)
 
     def action_counts(self) -> None:
-        """Open the counts of the chosen subset, with a histogram of the sort column (by default, length)."""
+        """Open the counts of the chosen subset, with a histogram of the column under the cursor."""
         from orbitdb.cli.tui.counts_screen import CountsScreen
 
-        ordering = self.rows.ordering
-        self._open(CountsScreen, "length" if ordering == Ordering() else ordering.column)
+        self._open(CountsScreen, self.rows.table.current)
 
     def _open(self, screen: Callable[..., OwnScreen[str | None]], *more: str) -> None:
         """Open a screen that reads the stored data; the condition with which it closes joins the filter."""

@@ -60,9 +60,27 @@ class Ordering(NamedTuple):
     column: str = "p"
     descending: bool = False
 
+    @classmethod
+    def of(cls, text: str) -> Self:
+        """Return the order that a text such as ``p desc`` names; the default one for an unknown column."""
+        column, _, way = text.partition(" ")
+        return cls(column, way == "desc") if column in SHOWABLE else cls()
+
     def __str__(self) -> str:
         """Return the order as `Catalogue.rows` and ``--order`` take it, such as ``p desc``."""
         return self.column + (" desc" if self.descending else "")
+
+
+def said_by(selection: Selection) -> frozenset[str]:
+    """Return the columns that say the same on every row, because the selection chooses one value."""
+    (low, high), *others = selection.periods or ((0, 1),)
+    said = {
+        "status": len(selection.statuses) == 1,
+        "time_reversal": selection.time_reversal is not None,
+        "symmetry": selection.symmetry is not None,
+        "p": low == high and not others,
+    }
+    return frozenset(name for name, same in said.items() if same)
 
 
 Row = tuple[Any, ...]
@@ -97,9 +115,10 @@ class Pages:
         ordering: Ordering,
         fields: Sequence[str],
         then: Catalogue,
+        by_class: bool = False,
     ) -> Self:
         """Find the rows of a subset in a given order at one moment; later, they are read as they then are."""
-        chosen = Words(selection, str(ordering))
+        chosen = Words(selection, str(ordering), by_class)
         with then._reading() as connection:
             keys = row_keys_of(connection, chosen)
         return cls(catalogue, chosen, fields, len(keys), keys)
@@ -149,11 +168,18 @@ NONE = Pages(None, Words(Selection()), USUAL)
 
 @dataclass
 class State:
-    """Columns in order, words in the order of marking, and the filters used so far, the latest last."""
+    """Columns in order, words in the order of marking, and the filters used so far, the latest last.
+
+    `order` is that of the rows, such as ``length desc``; with `classes`, each class has one row; `theme` is
+    that of the screen, or empty.
+    """
 
     columns: list[str] = field(default_factory=lambda: list(USUAL))
     marked: list[str] = field(default_factory=list)
     filters: list[str] = field(default_factory=list)
+    order: str = "p"
+    classes: bool = False
+    theme: str = ""
 
 
 class Kept:
@@ -172,11 +198,16 @@ class Kept:
         try:
             if self.path is not None:
                 stored = json.loads(self.path.read_text(encoding="utf-8"))
-                columns, marked, filters = (stored.get(entry.name) or () for entry in fields(State))
+                columns, marked, filters, order, classes, theme = (
+                    stored.get(entry.name) or () for entry in fields(State)
+                )
                 self.state = State(
                     [str(name) for name in columns or USUAL],
                     [*dict.fromkeys(least_rotation(parse_primitive(str(word))) for word in marked)],
                     [str(where) for where in filters],
+                    str(Ordering.of(str(order or "p"))),
+                    bool(classes),
+                    str(theme or ""),
                 )
         except FileNotFoundError:
             pass

@@ -10,6 +10,7 @@ from textual.timer import Timer
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.panels.canvas import DOTS, Canvas, Line, PictureWidget
 from orbitdb.open_stadium.openings import Opening, outline_parts
 from orbitdb.orbits.orbit import Orbit
@@ -74,12 +75,14 @@ def draw_orbit(
     particle: float | None = None,
     code: str = "",
     opening: Sequence[Opening] = (),
+    other: Floats | None = None,
 ) -> tuple[list[Line], bool]:
     """Draw a path, shape (N, 2), in its stadium; return the picture and whether it is to scale.
 
     If the stadium is so long that it would look like a line, its height is stretched. An empty path gives the
     stadium alone. `particle` is the position of a particle, as a fraction of the path. The symbols of `code`
     stand at the bounces, unless there are too many; a bounce beyond a joint is a cross. Openings are gaps.
+    The path of another orbit, if given, has another colour and its own arrow.
     """
     ends = np.concatenate([path, [(-a - 1, -1), (a + 1, 1)]])
     box = ends.min(axis=0), ends.max(axis=0)
@@ -90,15 +93,17 @@ def draw_orbit(
         canvas = Canvas(columns, rows, *box, square=False, margin=margin)
     for part in outline_parts(Stadium(a), opening, 4 * (columns + rows)):
         canvas.line("wall", part)
+    if other is not None and len(other):
+        canvas.line("two", other)
+        canvas.mark("two", other, "○")
+        canvas.mark("two", [other[0] + 0.6 * (other[1] - other[0])], _arrow(other))
     if len(path):
         bounces = list(zip(path.tolist(), code[:MOST_DRAWN], strict=False))
         for (x, y), symbol in bounces if len(code) <= MOST_LABELLED else ():
             canvas.label("label", (x, y), (0.0 if symbol in "02" else x - _CENTRES[symbol] * a, y), symbol)
         canvas.line("path", path)
-        step = path[1] - path[0]  # the path runs in the direction of the word
-        arrow = _ARROWS[round(math.atan2(step[1], step[0]) / (math.pi / 4)) % 8]
         canvas.mark("bounce", path, "•")
-        canvas.mark("arrow", [path[0] + 0.4 * step], arrow)
+        canvas.mark("arrow", [path[0] + 0.4 * (path[1] - path[0])], _arrow(path))
         canvas.mark("start", path[:1], "◆")
         for (x, y), symbol in bounces:
             if (abs(x) > a) is (symbol in "02"):
@@ -110,6 +115,12 @@ def draw_orbit(
     return canvas.lines(), true
 
 
+def _arrow(path: Floats) -> str:
+    """Return the arrow that points along the first chord of a path, in the direction of the word."""
+    step = path[1] - path[0]
+    return _ARROWS[round(math.atan2(step[1], step[0]) / (math.pi / 4)) % 8]
+
+
 def phase_points(orbit: Orbit | None) -> Floats:
     """Return the bounces of an orbit in phase space, shape (p, 2): arclength and sine, as in `birkhoff`."""
     if orbit is None or orbit.arclength is None or orbit.sine is None:
@@ -117,14 +128,16 @@ def phase_points(orbit: Orbit | None) -> Floats:
     return np.stack([orbit.arclength, orbit.sine], axis=1)
 
 
-def draw_phase(a: float, points: Floats, columns: int, rows: int) -> list[Line]:
-    """Draw the `phase_points` of an orbit, with the names of the walls below."""
+def draw_phase(a: float, points: Floats, columns: int, rows: int, other: Floats | None = None) -> list[Line]:
+    """Draw the `phase_points` of an orbit, and of another one, with the names of the walls below."""
     length = Stadium(a).perimeter
     canvas = Canvas(columns, max(rows - 1, 1), (0, -1), (length, 1), square=False)
     joints = [0.0, 2 * a, 2 * a + math.pi, 4 * a + math.pi, length]
     grid = [(s, sine) for s in joints for sine in np.linspace(-1, 1, 2 * rows)]
     grid += [(s, 0.0) for s in np.linspace(0, length, columns // 2)]
     canvas.put("wall", canvas.dots(grid))
+    if other is not None:
+        canvas.mark("two", other, "○")
     canvas.mark("one", points, "●")
     names = [" "] * columns
     for name, (low, high) in zip(("0 bottom", "3 right", "2 top", "1 left"), pairwise(joints), strict=True):
@@ -143,6 +156,7 @@ class OrbitDrawing(PictureWidget):
     phase: reactive[bool] = reactive(False)
     particle: reactive[float | None] = reactive(None)
     opening: reactive[tuple[Opening, ...]] = reactive(())
+    partner: reactive[Orbit | None] = reactive(None)
 
     def __init__(self, a: float, id: str | None = None) -> None:
         super().__init__(id=id)
@@ -176,22 +190,22 @@ class OrbitDrawing(PictureWidget):
             self.particle = (self.particle + _SPEED / _FRAMES_PER_SECOND / self.orbit.length) % 1.0
 
     def picture(self, columns: int, rows: int) -> list[Line]:
-        points = phase_points(self.orbit)
-        self._entitle(
-            "phase space: sine against arclength" if self.phase else f"stadium, a = {format_float(self.a)}"
-        )
+        points, others = phase_points(self.orbit), phase_points(self.partner)
+        what = "phase space" if self.phase else f"stadium, a = {format_float(self.a)}"
+        alone = ": sine against arclength" if self.phase else ""
+        self._entitle(what + (alone if self.partner is None else f", with {code_text(self.partner.code)}"))
         if self.phase:
-            return draw_phase(self.a, points, columns, rows)
+            return draw_phase(self.a, points, columns, rows, others)
         below = rows // 2 if len(points) and rows > _LEAST_FOR_BOTH else 0
         code = "" if self.orbit is None else self.orbit.code
         opening = self.opening if self.a == self.opened_at else ()
-        room = columns, rows - below
-        picture, true = draw_orbit(self.a, self._path, *room, self.particle, code, opening)
+        room, other = (columns, rows - below), path_of(self.partner)
+        picture, true = draw_orbit(self.a, self._path, *room, self.particle, code, opening, other)
         if not true:
             self._entitle(f"{self.border_title} (not to scale)")
         if not len(self._path) and self.orbit is not None:
             picture[rows // 2] = [("no orbit at any a".center(columns), "label")]
-        return [*picture, *draw_phase(self.a, points, columns, below)] if below else picture
+        return [*picture, *draw_phase(self.a, points, columns, below, others)] if below else picture
 
     def _entitle(self, title: str) -> None:
         if title != self.border_title:  # setting the title redraws everything

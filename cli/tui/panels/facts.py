@@ -44,6 +44,15 @@ ELEMENT_NAMES = {
 }
 
 
+def brief(code: str, most: int) -> str:
+    """Return a code of at most `most` characters: as it is, or else in run notation, cut if need be."""
+    if len(code) <= most:
+        return code
+    runs = run_notation(code)
+    shorter = runs if len(runs) < len(code) else code
+    return shorter if len(shorter) <= most else f"{shorter[: most - 1]}…"
+
+
 Fact = tuple[str, "str | Bar"]
 """The name of a fact, empty if it belongs to the one before, and its text."""
 

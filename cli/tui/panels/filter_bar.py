@@ -49,6 +49,7 @@ class View(NamedTuple):
     selection: Selection
     ordering: Ordering = Ordering()
     columns: tuple[str, ...] = USUAL
+    by_class: bool = False
 
     def command(self, path: Path) -> str:
         """Return the shell command that writes these rows."""
@@ -69,11 +70,13 @@ class View(NamedTuple):
                     ]
                 case _:
                     words += [option, format_float(value) if isinstance(value, float) else value]
+        words += ["--classes"] * self.by_class
         return " ".join(map(_quoted, [*words, "-c", ",".join(self.columns)]))
 
     def python(self, path: Path) -> str:
         """Return the line of Python that selects these rows, after ``from orbitdb import Catalogue``."""
-        arguments = ", ".join(f"{name}={value!r}" for name, value in self._criteria().items())
+        criteria = self._criteria() | ({"classes": True} if self.by_class else {})
+        arguments = ", ".join(f"{name}={value!r}" for name, value in criteria.items())
         return f"Catalogue({str(path)!r}).select({arguments})"
 
     def _criteria(self) -> dict[str, Any]:
@@ -272,7 +275,7 @@ def turned(selection: Selection, name: str, ring: Sequence[Any], step: int = 1) 
 def chips(selection: Selection, a_values: Sequence[float]) -> str:
     """Return the choices as a line of links to the actions that change them, each with its key."""
     reversal = {"self": "self-retracing", "pair": "reversed pairs", None: "any reversal"}
-    several = f", {len(a_values)} stored" if len(a_values) > 1 else ""
+    several = f", of {len(a_values)} values stored" if len(a_values) > 1 else ""
     stored = several if selection.a in (a_values or [selection.a]) else ", not filled"
     parts = [
         ("half_length", "a", f"{format_float(selection.a)}{stored}"),

@@ -14,12 +14,13 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import code_text, repeats
 from orbitdb.cli.tui.dialogs import LineDialog, describe_code
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
-from orbitdb.cli.tui.panels.facts import ELEMENT_NAMES, LONG, FactsPanel, parts_of
+from orbitdb.cli.tui.panels.facts import ELEMENT_NAMES, LONG, FactsPanel, brief, parts_of
 from orbitdb.cli.tui.screens import Working
+from orbitdb.cli.tui.stored import Kept
 from orbitdb.errors import StoreError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.solve import with_existence
-from orbitdb.symbols.symmetry import images_of
+from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
 from orbitdb.text import format_float
 
@@ -81,9 +82,10 @@ class OrbitPanel(Vertical, Working):
     whole: reactive[bool] = reactive(False, init=False, repaint=False)
     sought: reactive[Orbit | None] = reactive(None, always_update=True, init=False, repaint=False)
 
-    def __init__(self, catalogue: Catalogue, a: float) -> None:
+    def __init__(self, catalogue: Catalogue, kept: Kept, a: float) -> None:
         super().__init__(id="side")
-        self._catalogue, self.home = catalogue, a
+        self._catalogue, self._kept, self.home = catalogue, kept, a
+        self._paired = False
         self._codes: list[str] = []
         self._steps: list[tuple[bool, bool]] = []
         self._work = ""  # what is being computed
@@ -101,7 +103,8 @@ class OrbitPanel(Vertical, Working):
         """Show the orbit and its facts; drop the steps that were meant for another one."""
         self._steps = []
         self._entitle()
-        self.query_one(OrbitDrawing).a = self.home if orbit is None else orbit.a
+        drawing = self.query_one(OrbitDrawing)
+        drawing.a, drawing.partner = self.home if orbit is None else orbit.a, self._partner()
         self._show_facts()
 
     def watch_whole(self) -> None:
@@ -132,7 +135,7 @@ class OrbitPanel(Vertical, Working):
     def _entitle(self, title: str = "") -> None:
         """Set the title of the facts to the work in progress, to `title`, or to the word and its status."""
         if not title and (orbit := self.orbit) is not None:
-            code = orbit.code if orbit.p <= LONG else f"{orbit.code[: LONG - 1]}…"
+            code = brief(orbit.code, LONG)
             title = f"{code}, p = {orbit.p}, {orbit.status.value}"
             title += f", a = {format_float(orbit.a)}" if orbit.a != self.home else ""
         self.query_one(FactsPanel).border_title = self._work or title
@@ -208,6 +211,21 @@ class OrbitPanel(Vertical, Working):
         self.seek(replace(self._catalogue.orbit(word, a=orbit.a), exists=orbit.exists))
         same = least_rotation(word) == least_rotation(orbit.code)
         self._entitle(f"{'itself' if same else orbit.code[:20]}, {ELEMENT_NAMES[element]}")
+
+    def action_pair(self) -> None:
+        """Draw a second orbit with this one, or this one alone again."""
+        if self.need() is not None:
+            self._paired = not self._paired
+            self.query_one(OrbitDrawing).partner = self._partner()
+
+    def _partner(self) -> Orbit | None:
+        """Return the orbit to draw with this one: the one marked last, if it is another, or the reverse."""
+        if self.orbit is None or not self._paired:
+            return None
+        own = least_rotation(self.orbit.code)
+        others = [word for word in self._kept.state.marked if word != own]
+        word = others[-1] if others else images_of(self.orbit.code)[REVERSE]
+        return self._catalogue.orbit(word, a=self.orbit.a)
 
     async def action_draw(self, action: str) -> None:
         if self.need() is not None:

@@ -15,7 +15,7 @@ from textual.reactive import reactive
 from textual.scroll_view import ScrollView
 from textual.strip import Strip
 
-from orbitdb.cli.output import number
+from orbitdb.cli.output import code_text, number
 from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.screens import key
 from orbitdb.cli.tui.stored import NONE, SHOWABLE, USUAL, Ordering, Pages, Row
@@ -28,6 +28,8 @@ _WIDTHS = {
 """Widths of the columns whose values are wider than their names."""
 
 _LONGEST_CODE = 24
+_MORE = "›"
+"""The sign at the end of the headings that more columns follow."""
 _MARK = "*"
 """The sign after the code of a marked orbit."""
 
@@ -54,6 +56,7 @@ class PagedTable(ScrollView, can_focus=True):
     cursor: reactive[int] = reactive(0, repaint=False)
     column: reactive[int] = reactive(0)
     ordering: reactive[Ordering] = reactive(Ordering())
+    left_out: reactive[frozenset[str]] = reactive(frozenset())
     columns: reactive[tuple[str, ...]] = reactive(USUAL)
     marked: reactive[frozenset[str]] = reactive(frozenset())
 
@@ -100,11 +103,16 @@ class PagedTable(ScrollView, can_focus=True):
             return None
 
     @property
+    def current(self) -> str:
+        """The name of the column under the cursor."""
+        return self._present()[self.column] if self.column < len(self._present()) else "code"
+
+    @property
     def cell(self) -> tuple[str, Any] | None:
         """The name of the column under the cursor, and its value; None if there are no rows."""
         if (row := self.row) is None:
             return None
-        name = self._present()[self.column]
+        name = self.current
         return name, row[self.source.fields.index(name)]
 
     def validate_cursor(self, cursor: int) -> int:
@@ -129,6 +137,13 @@ class PagedTable(ScrollView, can_focus=True):
 
     def watch_columns(self) -> None:
         self._first, self.column = 1, 0
+
+    def watch_left_out(self, before: frozenset[str]) -> None:
+        """Keep the cursor on its column, if that is still there."""
+        old = self._present(before)
+        name = old[self.column] if self.column < len(old) else "code"
+        present = self._present()
+        self._first, self.column = 1, present.index(name) if name in present else 0
 
     def _scroll_to_cursor(self) -> None:
         height = max(self.size.height - 1, 1)
@@ -185,26 +200,28 @@ class PagedTable(ScrollView, can_focus=True):
 
     def _visible(self) -> tuple[list[str], list[str]]:
         """Return the sort column, if it would not be visible otherwise, and the columns that fit after it."""
-        present, room = self._present(), self.scrollable_content_region.width - self._code_width()
+        present = self._present()
+        room = self.scrollable_content_region.width - self._code_width() - 1  # `_MORE` may follow
         after = present[min(self._first, max(len(present) - 1, 1)) :]
         window, pinned = _fitting(after, room), self.ordering.column
         left = room - width_of(pinned) - 1
-        if pinned in (*window, "code") or pinned not in self.source.fields or left < 0:
+        if pinned in (*window, "code", *self.left_out) or pinned not in self.source.fields or left < 0:
             return [], window
         return [pinned], _fitting([name for name in after if name != pinned], left)
 
     def _code_width(self) -> int:
         places, least = self._places(), _WIDTHS["code"]
         if self._codes[:2] != (self.source, places):  # this runs for every line
-            codes = [row[0] for place in places if (row := self._read(place)) is not None]
+            codes = [code_text(row[0]) for place in places if (row := self._read(place)) is not None]
             widest = max(map(len, codes), default=least)
             self._codes = self.source, places, max(widest, least)
         half = self.scrollable_content_region.width // 2  # the facts show the code in full
         return min(self._codes[2], max(half, least), _LONGEST_CODE)
 
-    def _present(self) -> list[str]:
-        """Return those of the columns that these rows have."""
-        return [name for name in self.columns if name in self.source.fields]
+    def _present(self, left_out: frozenset[str] | None = None) -> list[str]:
+        """Return those of the columns that these rows have, except those `left_out`."""
+        hidden = self.left_out if left_out is None else left_out
+        return [name for name in self.columns if name in self.source.fields and name not in hidden]
 
     def _places(self) -> range:
         top = self.scroll_offset.y
@@ -214,7 +231,11 @@ class PagedTable(ScrollView, can_focus=True):
         base, shown = self.rich_style, self._shown()
         if y == 0:
             style = self.get_component_rich_style("table--header")
-            return self._line([(name, width, self._heading(name)) for name, width in shown], style)
+            line = self._line([(name, width, self._heading(name)) for name, width in shown], style)
+            width = self.scrollable_content_region.width
+            if shown[-1][0] == self._present()[-1] or not len(self.source):
+                return line
+            return Strip([*line.crop(0, width - 1), Segment(_MORE, style)])
         place = self.scroll_offset.y + y - 1
         if (row := self._read(place)) is None:
             return Strip.blank(self.scrollable_content_region.width, base)
@@ -222,7 +243,10 @@ class PagedTable(ScrollView, can_focus=True):
         style = base if values["status"] == "orbit" else self.get_component_rich_style("table--dim")
         if place == self.cursor:
             style = self.get_component_rich_style("table--cursor")
-        cells = [(name, width, number(name, values.get(name))) for name, width in shown]
+        cells = [
+            (name, width, code_text(row[0]) if name == "code" else number(name, values.get(name)))
+            for name, width in shown
+        ]
         return self._line(cells, style, _MARK if row[0] in self.marked else " ", place == self.cursor)
 
     def _heading(self, name: str) -> str:

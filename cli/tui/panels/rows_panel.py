@@ -12,13 +12,25 @@ from textual.widgets import Static
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.advice import completed
-from orbitdb.cli.tui.dialogs import ColumnDialog, ListDialog
+from orbitdb.cli.tui.dialogs import ColumnDialog
+from orbitdb.cli.tui.panels.facts import brief
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.screens import Working, in_shell
-from orbitdb.cli.tui.stored import NONE, SHOWABLE, USUAL, Kept, Ordering, Pages, known_columns, stamp_of
+from orbitdb.cli.tui.stored import (
+    NONE,
+    USUAL,
+    Kept,
+    Ordering,
+    Pages,
+    Row,
+    known_columns,
+    said_by,
+    stamp_of,
+)
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection
+from orbitdb.symbols.symmetry import class_of
 from orbitdb.symbols.words import least_rotation
 
 _AT_WORK = ("reading …", "sorting …")
@@ -27,7 +39,7 @@ _PAUSE = 0.25
 
 _FIRST = 100
 _SHOWN = 12
-"""Maximum number of symbols shown for a word that has no row."""
+"""Maximum number of characters shown for a word that has no row."""
 
 
 class RowsPanel(Vertical, Working):
@@ -42,6 +54,7 @@ class RowsPanel(Vertical, Working):
     word: reactive[str | None] = reactive(None, always_update=True, init=False, repaint=False)
     ordering: reactive[Ordering] = reactive(Ordering(), init=False, repaint=False)
     columns: reactive[tuple[str, ...]] = reactive(USUAL, init=False, repaint=False)
+    by_class: reactive[bool] = reactive(False, init=False, repaint=False)
     marked: reactive[frozenset[str]] = reactive(frozenset(), repaint=False)
     total: reactive[int | None] = reactive(None, repaint=False)
     report: reactive[str] = reactive("", repaint=False)
@@ -50,12 +63,17 @@ class RowsPanel(Vertical, Working):
         super().__init__(id="rows")
         self._catalogue, self._kept = catalogue, kept
         self.table = PagedTable(id="table")
-        self.border_title = "words"
+        self._entitle()
         self._asked: Selection | None = None
-        self._counted: tuple[Selection, tuple[int, ...]] | None = None  # what `total` counts, in which file
+        self._counted: tuple[Selection, bool, tuple[int, ...]] | None = (
+            None  # what `total` counts, in which file
+        )
         self._orbit: Orbit | None = None  # the current one
         self.set_reactive(RowsPanel.columns, known_columns(kept.state.columns))
         self.set_reactive(RowsPanel.marked, frozenset(kept.state.marked))
+        self.set_reactive(RowsPanel.ordering, Ordering.of(kept.state.order))
+        self.set_reactive(RowsPanel.by_class, kept.state.classes)
+        self._entitle()
 
     def compose(self) -> ComposeResult:
         yield self.table.data_bind(RowsPanel.columns, RowsPanel.marked)
@@ -66,20 +84,20 @@ class RowsPanel(Vertical, Working):
 
     # sort order and columns
 
-    def action_sort(self) -> None:
-        names = {name: name for name in (*self.columns, *SHOWABLE)}
-        self.ask(ListDialog("sort by", "", names, self.ordering.column), self._sort_by)
+    def action_sort(self, descending: bool = False) -> None:
+        """Sort by the column under the cursor; if the rows are sorted so, reverse the order."""
+        self._sort_by(self.table.current, descending)
 
-    def _sort_by(self, column: str) -> None:
-        falls = column == self.ordering.column and not self.ordering.descending
-        self.ordering = Ordering(column, falls)
+    def _sort_by(self, column: str, descending: bool = False) -> None:
+        new = Ordering(column, descending)
+        self.ordering = Ordering(column, not descending) if new == self.ordering else new
 
     def on_paged_table_heading_clicked(self, message: PagedTable.HeadingClicked) -> None:
         """Sort by the column; a second click on its heading reverses the order."""
         self._sort_by(message.column)
 
-    def action_reverse_order(self) -> None:
-        self.ordering = self.ordering._replace(descending=not self.ordering.descending)
+    def action_classes(self) -> None:
+        self.by_class = not self.by_class
 
     def action_columns(self) -> None:
         self.ask(ColumnDialog(self.columns), partial(setattr, self, "columns"))
@@ -87,15 +105,27 @@ class RowsPanel(Vertical, Working):
     def validate_columns(self, names: Iterable[str]) -> tuple[str, ...]:
         return known_columns(names)
 
-    def watch_ordering(self) -> None:
+    def _read_again(self) -> None:
         if self._asked is not None:
             self.read(self._asked)
+
+    def watch_ordering(self, ordering: Ordering) -> None:
+        """Read the rows again in the new order, and keep it for the next session."""
+        with self._kept.changing() as state:
+            state.order = str(ordering)
+        self._read_again()
+
+    def watch_by_class(self, by_class: bool) -> None:
+        """Read the rows again, one for each word or class, and keep the choice for the next session."""
+        with self._kept.changing() as state:
+            state.classes = by_class
+        self._read_again()
 
     def watch_columns(self, columns: tuple[str, ...]) -> None:
         """Read the rows again, with the new columns, and keep the columns for the next session."""
         with self._kept.changing() as state:
             state.columns = list(columns)
-        self.watch_ordering()
+        self._read_again()
 
     # reading
 
@@ -107,14 +137,15 @@ class RowsPanel(Vertical, Working):
         """
         if self._catalogue.missing:
             return
-        catalogue, ordering = self._catalogue, self.ordering
+        catalogue, ordering, by_class = self._catalogue, self.ordering, self.by_class
         unfiltered = replace(selection, where=None, parameters={})
-        counted = unfiltered, stamp_of(catalogue.path)
+        counted = unfiltered, by_class, stamp_of(catalogue.path)
         total = self.total if self._counted == counted else None
         fields = tuple(dict.fromkeys((*self.columns, "status", ordering.column)))
         self._asked = selection
         self.report = self.border_title = _AT_WORK[ordering != self.table.ordering]
-        early = self.table.source is NONE and (selection, ordering) == (unfiltered, Ordering())
+        natural = (selection, ordering, by_class) == (unfiltered, Ordering(), False)
+        early = self.table.source is NONE and natural
 
         def find(cancelled: Callable[[], bool]) -> Iterator[tuple[Pages, str, int | None]]:
             """Yield rows, notes on gaps, and the number of rows without a filter (None for the first)."""
@@ -122,15 +153,17 @@ class RowsPanel(Vertical, Working):
             if cancelled():
                 return
             with catalogue.snapshot(cancelled) as then:
-                listing = then.rows(selection, columns=fields, order=str(ordering))
+                listing = then.rows(selection, columns=fields, order=str(ordering), classes=by_class)
                 gaps = "; ".join(map(_with_key, listing.gaps))
                 if early:
                     yield Pages.first(catalogue, selection, fields, then, _FIRST), gaps, None
-                rows = Pages.read(catalogue, selection, ordering, fields, then)
+                rows = Pages.read(catalogue, selection, ordering, fields, then, by_class)
                 if not len(rows):
                     gaps = "; ".join(map(_with_key, listing.notes))
                 count = len(rows) if selection == unfiltered else total
-                if count is None:
+                if count is None and by_class:
+                    count = int(then.count(unfiltered, by=[])["classes"][0])
+                elif count is None:
                     count = then.count(unfiltered)
             yield rows, gaps, count
 
@@ -138,10 +171,12 @@ class RowsPanel(Vertical, Working):
             rows, gaps, self.total = found
             self._counted = counted
             self.table.ordering = ordering
+            self.table.left_out = said_by(selection)
             self.say_gaps(gaps)
             if self.total is not None:
                 noun = "orbit" if selection.statuses == (Status.ORBIT,) else "word"
-                self.report = f"{len(rows):,} of {self.total:,} {noun}{'s' * (self.total != 1)}"
+                one, many = ("class", "classes") if by_class else (noun, f"{noun}s")
+                self.report = f"{len(rows):,} of {self.total:,} {one if self.total == 1 else many}"
                 self.take(rows)
             elif self._orbit is None:  # otherwise the current word would lose its row
                 self.table.show(rows)
@@ -167,7 +202,13 @@ class RowsPanel(Vertical, Working):
         """The word of the current orbit; None if it is the word of the row under the cursor."""
         row, orbit = self.table.row, self._orbit
         word = None if orbit is None else least_rotation(orbit.code)
-        return None if row is not None and row[0] == word else word
+        return None if row is not None and self._is_row_of(row, word) else word
+
+    def _is_row_of(self, row: Row, word: str | None) -> bool:
+        """Tell whether a row is that of a word, or of its class if each class has one row."""
+        if word is None or not self.table.source.chosen.by_class:
+            return bool(row[0] == word)
+        return class_of(row[0]).representative == class_of(word).representative
 
     def take(self, rows: Pages) -> None:
         """Show new rows.
@@ -185,12 +226,17 @@ class RowsPanel(Vertical, Working):
 
     def _show(self, rows: Pages, cursor: int = 0) -> None:
         self.table.show(rows, cursor)
-        self.wanted, self.border_title = None, "words"
+        self.wanted = None
+        self._entitle()
+
+    def _entitle(self) -> None:
+        self.border_title = "classes" if self.by_class else "words"
 
     def _show_word(self) -> None:
-        """Have the word under the cursor shown; with no rows, none."""
-        row = self.table.row
-        self.word = None if row is None else row[0]
+        """Have the word under the cursor shown, or the current one of its class; with no rows, none."""
+        row, orbit = self.table.row, self._orbit
+        belongs = row is not None and orbit is not None and self.alone is None
+        self.word = least_rotation(orbit.code) if belongs and orbit else row[0] if row else None
         self.say_place()
 
     def go_to(self, orbit: Orbit | None) -> None:
@@ -227,8 +273,7 @@ class RowsPanel(Vertical, Working):
         total = "…" if self.total is None else f"{rows:,}"
         place = f"{self.table.cursor + 1:,} of {total}" if rows else "no rows"
         if orbit is not None and self.alone:
-            code = orbit.code if orbit.p <= _SHOWN else f"{orbit.code[:_SHOWN]}…"
-            place = f"{code} {'has no row here' if orbit.stored else 'is not stored'}"
+            place = f"{brief(orbit.code, _SHOWN)} {'has no row here' if orbit.stored else 'is not stored'}"
         self.border_subtitle = place
 
 

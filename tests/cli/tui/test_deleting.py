@@ -3,11 +3,9 @@
 import shutil
 
 import pytest
-from contents import alter
 from screens import LARGE, browsing, press, settle, shown, table_of
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.cli.tui.stored import known_columns
 from orbitdb.filling.fill import fill_periods
 from orbitdb.store.selection import Selection
 
@@ -65,13 +63,3 @@ async def test_rows_that_another_process_adds_are_no_deletion(path):
         await settle(pilot)
         assert notes(app) == []
         assert len(table_of(app).source) == rows
-
-
-@pytest.mark.slow
-async def test_rows_that_are_missing_for_good_are_damage(path):
-    async with browsing(path, LARGE) as (app, pilot):
-        app.screen.rows.columns = known_columns(["element"])
-        alter(path, "UPDATE cycle SET symmetry = 'none' WHERE p = 8")
-        await press(pilot, "G", "G")  # they are missing in the rows that are read anew, too
-        assert any("altered" in note for note in notes(app))
-        assert app.is_running

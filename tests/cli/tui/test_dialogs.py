@@ -45,7 +45,7 @@ RUNNING = FillState(FillRequest(1.6, (13,)), done=123_456)
 DIALOGS = [
     ("q", "", ""), ("f", "", ""),  # while a fill runs
     ("f", "2-14", "enter"), ("slash", "lenght < 3", ""), ("c", "1232131" * 9 + "9", ""),
-    ("e", "HERE/there.csv", ""), ("s", "", ""), ("C", "", ""), ("f", "2-20", "tab"),
+    ("e", "HERE/there.csv", ""), ("C", "", ""), ("f", "2-20", "tab"),
 ]  # fmt: skip
 """The key that opens a dialog, the text for its field, and a key that follows."""
 

@@ -170,7 +170,7 @@ async def test_a_letter_typed_before_escape_but_handled_after_it_does_not_stop_t
         await press(pilot, "escape")
         app.screen.rows.read(Selection())
         dialog.follow("p")
-        await press(pilot, "R")
+        await press(pilot, "l", "R")
         assert table_of(app).ordering == Ordering("p", descending=True)
 
 

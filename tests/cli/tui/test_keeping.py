@@ -29,20 +29,20 @@ async def test_chosen_columns_are_saved_and_the_sorted_one_is_always_visible(fil
         await press(pilot, "K", "J", "enter")  # moving a column shows it
         assert [*app.screen.rows.columns] == ["code", "status", "length", *USUAL[4:], "solver"]
         assert heading(app).split()[:3] == ["│code", "p▲", "status"]  # p was hidden, but it sorts the rows
-        await press(pilot, "s", "end", "enter")  # rows can be sorted by a hidden column
-        assert app.screen.rows.ordering == Ordering("iterations")
-        assert heading(app).split()[:3] == ["│code", "iterations▲", "status"]
-        await press(pilot, *"llll")
-        assert heading(app).split()[:3] != ["│code", "iterations▲", "status"]
-        await press(pilot, *"hhhh")
-        assert heading(app).split()[:3] == ["│code", "iterations▲", "status"]
-        (last,) = app.catalogue.rows(
-            Selection(), columns=("code", "iterations"), order="iterations desc", limit=1
-        )
-        await press(pilot, "R", "g")
-        assert (row_of(app)[0], row_of(app)[-1]) == last
-    async with browsing(filled_once, state=state) as (app, pilot):
-        assert heading(app).split()[:3] == ["│code", "p▲", "status"]
+        await press(pilot, *"lll", "s")
+        assert app.screen.rows.ordering == Ordering("lambda_d")
+        await press(pilot, *"hhh")
+        assert heading(app).split()[:2] == ["│code", "lambda_d▲"]
+        columns = ("code", "lambda_d")
+        (last,) = app.catalogue.rows(Selection(), columns=columns, order="lambda_d desc", limit=1)
+        await press(pilot, *"lll", "R", "g")
+        assert (row_of(app)[0], row_of(app)[app.screen.rows.table.source.fields.index("lambda_d")]) == last
+        await press(pilot, "K", "ctrl+p")
+        app.theme = "nord"
+        await press(pilot, "escape")
+    async with browsing(filled_once, state=state) as (app, pilot):  # all this is kept
+        assert heading(app).split()[:2] == ["│code", "lambda_d▼"]
+        assert (app.screen.rows.by_class, app.theme) == (True, "nord")
         await press(pilot, "C", "R", "enter")
         assert app.screen.rows.columns == USUAL
     assert json.loads(state.read_text())["columns"] == list(USUAL)
@@ -51,10 +51,8 @@ async def test_chosen_columns_are_saved_and_the_sorted_one_is_always_visible(fil
 @pytest.mark.slow
 async def test_typing_letters_finds_names_in_lists(filled_once):
     async with browsing(filled_once) as (app, pilot):
-        await press(pilot, "s", *"res", "enter")
-        assert app.screen.rows.ordering == Ordering("residual")
-        await press(pilot, "s", *"lep", "k", "enter")  # no name starts with lep: p starts anew
-        assert app.screen.rows.ordering == Ordering("code")
+        await press(pilot, "C", *"lep", "space", "enter")  # no name starts with lep: p starts anew
+        assert "p" not in app.screen.rows.columns
         await press(pilot, "C", *"wal", "space", "enter")
         assert app.screen.rows.columns[-1] == "walls"
 
@@ -169,7 +167,7 @@ def test_choices_link_to_their_actions_and_name_their_keys():
     statuses = (Status.ORBIT, Status.BOUNDARY)
     chosen = Selection(1.0, ((2, 4), (7, 7)), statuses, "self", where="code like '[1]'")
     assert linked(filter_bar.chips(chosen, [chosen.a, 7.0])) == [
-        ("half_length", "a", "1, 2 stored"),
+        ("half_length", "a", "1, of 2 values stored"),
         ("turn('periods')", r"\[ ]", "p 2-4, 7"),
         ("turn('statuses')", "o", "orbit, boundary"),
         ("turn('time_reversal')", "r", "self-retracing"),

@@ -23,10 +23,11 @@ async def test_filters_marks_and_orders_change_the_rows_and_are_kept(own, tmp_pa
         await press(pilot, "apostrophe")
         assert main.choices.selection == Selection(where="p=3")
         orders = []
-        for _ in range(3):
-            await press(pilot, "s", "enter")
+        await press(pilot, "l")
+        for key in "ssRR":
+            await press(pilot, key)
             orders.append(main.rows.ordering)
-        assert orders == [Ordering("p", True), Ordering("p"), Ordering("p", True)]
+        assert orders == [Ordering("p", True), Ordering("p"), Ordering("p", True), Ordering("p")]
         assert table.ordering == orders[-1]
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from contents import alter
 from rich.console import Console
-from screens import LARGE, browsing, press, screen_lines, shown, table_of
+from screens import LARGE, browsing, press, screen_lines, settle, shown, table_of
 from there import there
 
 from orbitdb.averages.by_period import Weight
@@ -17,7 +17,6 @@ from orbitdb.cli.tui import counts_screen
 from orbitdb.cli.tui import statistics_screen as statistics
 from orbitdb.cli.tui.counts_screen import DRAWN, Count, CountsScreen
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.stored import Ordering
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import never
@@ -138,8 +137,11 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         assert len(table_of(app).source) == app.catalogue.count(status="orbit", where=where) > 0
         await press(pilot, "u")
         assert app.screen.choices.selection == Selection(statuses=(Status.ORBIT,))
-        for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # the sort column, if drawable
-            app.screen.rows.ordering = Ordering(column)
+        app.screen.rows.columns = ("code", "maslov", "cycle")
+        await settle(pilot)
+        for column, drawn in (("maslov", "maslov"), ("cycle", "length")):  # under the cursor, if drawable
+            await press(pilot, "l")
+            assert table_of(app).current == column
             await press(pilot, "d")
             assert app.screen.column == drawn
             await press(pilot, "q")

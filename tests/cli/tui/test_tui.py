@@ -44,7 +44,7 @@ def filled(made_once):
     [
         ("1232131", Selection(periods=((2, 4),)), True, "1232131 has no row here"),
         ("1232131", Selection(where="p > 50"), False, "1232131 has no row here"),
-        ("1^20 3", Selection(periods=((2, 4),)), True, "111111111111… is not stored"),
+        ("1^20 3", Selection(periods=((2, 4),)), True, "1^20 3 is not stored"),
         ("3131", Selection(), True, "3131 repeats 31 (twice): using 31"),
     ],
 )
@@ -286,11 +286,11 @@ async def test_a_long_code_leaves_room_for_other_columns(filled, tmp_path):
     path, code = Path(shutil.copy(filled, tmp_path)), "1" * 40 + "3"
     fill_words(path, [code], 1.6)
 
-    for size, length in ((SMALL, 17), (LARGE, 24)):
+    for size in (SMALL, LARGE):
         async with browsing(path, size, Selection(periods=((2, 2), (41, 41)))) as (app, _):
             _, _, _, heading, *lines = screen_lines(app)
             assert re.search(r"code +p▲ +length ", heading)
-            assert any(f"│{code[: length - 1]}… " in line for line in lines)
+            assert any("│1^40 3 " in line for line in lines)
 
 
 @pytest.mark.slow

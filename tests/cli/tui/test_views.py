@@ -6,15 +6,18 @@ from io import StringIO
 from pathlib import Path
 
 import pytest
-from screens import browsing, press, row_of, screen_lines, settle, table_of
+from screens import ask, browsing, press, row_of, screen_lines, settle, shown, table_of
 from textual import events
 
 import orbitdb
 from orbitdb.catalogue import Catalogue
+from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.panels.filter_bar import View, both, equals
 from orbitdb.cli.tui.stored import Ordering, known_columns
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection
+from orbitdb.symbols.symmetry import MIRROR_X, REVERSE, images_of
+from orbitdb.symbols.words import least_rotation
 
 VIEWS = [
     View(Selection()),
@@ -60,7 +63,7 @@ async def test_views_are_copied_and_undone(varied):
     async with browsing(varied) as (app, pilot):
         main = app.screen
         begun = main.rows.columns
-        await press(pilot, "o", "slash", *"p=3", "enter", "s", "j", "enter", "a", "up", "enter")
+        await press(pilot, "o", "slash", *"p=3", "enter", *"ll", "s", "a", "up", "enter")
         last = View(
             Selection(1.0, statuses=(Status.ORBIT,), where="p=3"), Ordering("length"), main.rows.columns
         )
@@ -130,3 +133,53 @@ async def test_a_key_filters_by_the_value_under_the_cursor_and_pasted_codes_are_
             app.post_message(events.Paste(text))
             await settle(pilot)
             assert app.screen.side.orbit.code == code
+
+
+@pytest.mark.slow
+async def test_one_row_a_class_and_columns_that_say_the_same_are_left_out(varied):
+    async with browsing(varied, (160, 48), Selection(periods=((4, 5),))) as (app, pilot):
+        main, table = app.screen, table_of(app)
+        words, classes = (
+            [
+                code
+                for (code,) in app.catalogue.rows(
+                    p="4-5", a=1.6, status="all", columns=("code",), classes=each
+                )
+            ]
+            for each in (False, True)
+        )
+        assert [table.source.row(n)[0] for n in range(len(table.source))] == words
+        await press(pilot, "K")
+        assert [table.source.row(n)[0] for n in range(len(table.source))] == classes
+        assert main.rows.report == f"{len(classes)} of {len(classes)} classes"
+        assert main.rows.border_title == "classes"
+        await press(pilot, "E", "enter")
+        assert "--classes" in app.clipboard
+        other = images_of("0133")[MIRROR_X]  # of the same class
+        await ask(pilot, "c", other)
+        assert (row_of(app)[0], main.side.orbit.code) == ("0133", other)
+        assert {"p", "status", "time_reversal"} <= {*table._present()}
+        main.choices.selection = Selection(periods=((4, 4),), statuses=(Status.ORBIT,), time_reversal="pair")
+        await settle(pilot)
+        assert not {"p", "status", "time_reversal"} & {*table._present()}
+        await press(pilot, "u", "u")
+        assert not main.rows.by_class
+        assert len(table.source) == len(words)
+
+
+@pytest.mark.slow
+async def test_a_second_orbit_is_drawn_with_the_one_under_the_cursor(varied):
+    async with browsing(varied, (120, 40)) as (app, pilot):
+        drawing = app.screen.query_one(OrbitDrawing)
+        await press(pilot, "asterisk", "j", "j", "j", "P", "v")
+        assert drawing.partner.code == "13"  # the marked one
+        assert drawing.border_title == "phase space, with 13"
+        assert shown(app).count("○") == 2
+        await press(pilot, "g", "v")
+        assert least_rotation(drawing.partner.code) == "13"  # its reverse: the mark is on this one
+        await press(pilot, "asterisk", *"jjjjjj")
+        reverse = images_of(app.screen.side.orbit.code)[REVERSE]
+        assert least_rotation(drawing.partner.code) == least_rotation(reverse)
+        assert "with " in drawing.border_title
+        await press(pilot, "P")
+        assert drawing.partner is None
