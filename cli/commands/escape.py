@@ -33,7 +33,7 @@ def escape(
         ),
     ] = None,
     trajectories: Annotated[
-        int, options.count_option(help="Number of random trajectories, such as 1e5.", least=1, most=10**10)
+        int, options.count_option(help="Number of random trajectories, such as 1e5.", least=1, most=10**9)
     ] = 1_000_000,
     bounces: Annotated[
         int,

@@ -99,7 +99,9 @@ class Escape(Table, Drawn):
         at, (first, second) = found.at, self._tail(by)
         tail = [None] * len(at) if by == "leg" else (first / at + second / at**2).tolist()
         rows = {AT[by]: at.astype(np.int64), "survival": found.survival, "error": found.error}
-        return {**{name: column.tolist() for name, column in rows.items()}, "tail": tail}
+        columns = {name: column.tolist() for name, column in rows.items()}
+        known = {name: [None if value != value else value for value in own] for name, own in columns.items()}
+        return {**known, "tail": tail}
 
     def _tail(self, by: str) -> tuple[float, float]:
         """Return the factors of 1/n and 1/n^2, or of 1/t and 1/t^2, in the tail."""

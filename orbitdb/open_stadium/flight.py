@@ -44,9 +44,7 @@ class Onward(NamedTuple):
     crossed: Marks  # whether it is on the other semicircle
     bounces: Floats  # number of bounces on the way, the last one included
     path: Floats  # length of the way
-    fatal: (
-        Floats  # number of the first bounce by which the trajectory has escaped, inf if none; 0 is the start
-    )
+    fatal: Floats  # number of the first bounce with which it escapes, inf if none; 0 is the start
     fatal_path: Floats  # length of the way to that bounce
 
 

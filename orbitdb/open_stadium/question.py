@@ -15,7 +15,7 @@ from orbitdb.open_stadium.flight import OpenStadium
 from orbitdb.open_stadium.openings import Opening, measure, parse_openings
 from orbitdb.open_stadium.patterns import patterns_of
 from orbitdb.open_stadium.rates import Rates, escape_rates
-from orbitdb.open_stadium.survival import BATCH, Counts, Rows, Sampled, Survival, count, survival_of
+from orbitdb.open_stadium.survival import BATCH, Counts, Sampled, Stops, Survival, sample, survival_of
 from orbitdb.open_stadium.tails import Tails, tails
 from orbitdb.progress import Tell, nobody
 from orbitdb.symbols.words import parse
@@ -23,7 +23,7 @@ from orbitdb.symbols.words import parse
 TRAJECTORIES, BOUNCES = 1_000_000, 2000
 """Numbers of trajectories and of bounces by default."""
 
-MOST_TRAJECTORIES, MOST_BOUNCES = 10**10, 10**7
+MOST_TRAJECTORIES, MOST_BOUNCES = 10**9, 10**7
 _MOST_SYMBOLS = 200
 
 
@@ -78,9 +78,9 @@ class Question:
         return tails(self.stadium, self.opening, patterns_of(self.without))
 
     @property
-    def rows(self) -> Rows:
+    def rows(self) -> Stops:
         """The rows at which survival is counted."""
-        return Rows.up_to(self.stadium, self.bounces)
+        return Stops.up_to(self.stadium, self.bounces)
 
     @property
     def expected(self) -> float:
@@ -93,7 +93,7 @@ class Question:
         opened, rows = self.opened, self.rows
         seeds = np.random.SeedSequence(self.seed).spawn(parts)
         sizes = (self.trajectories * (n + 1) // parts - self.trajectories * n // parts for n in range(parts))
-        return [partial(count, opened, rows, size, seed) for size, seed in zip(sizes, seeds, strict=True)]
+        return [partial(sample, opened, rows, size, seed) for size, seed in zip(sizes, seeds, strict=True)]
 
     def answer(self, sampled: Sampled, rates: Rates) -> Escape:
         """Return the result with sampled survival, if there is any, and with the rates."""

@@ -54,7 +54,7 @@ def random_starts(stadium: Stadium, n: int, rng: np.random.Generator) -> Starts:
     return Starts(flights, before, curved & ~same)
 
 
-class Rows(NamedTuple):
+class Stops(NamedTuple):
     """The numbers of bounces, the times and the numbers of legs at which survival is counted."""
 
     bounces: Floats
@@ -62,7 +62,7 @@ class Rows(NamedTuple):
     legs: Floats
 
     @classmethod
-    def up_to(cls, stadium: Stadium, last: int) -> "Rows":
+    def up_to(cls, stadium: Stadium, last: int) -> "Stops":
         """Return rows up to a number of bounces, up to this time, and the legs of as many bounces."""
         legs = max(1, int(last * stadium.legs_per_bounce))
         return cls(*(np.array(rows_to(end), dtype=np.float64) for end in (last, last, legs)))
@@ -93,7 +93,7 @@ def _fields(counts: Counts) -> tuple[Floats, ...]:
     return counts.bounces, counts.time, counts.squares, counts.legs
 
 
-def count(open_stadium: OpenStadium, rows: Rows, n: int, seed: np.random.SeedSequence) -> Counts:
+def sample(open_stadium: OpenStadium, rows: Stops, n: int, seed: np.random.SeedSequence) -> Counts:
     """Follow n random trajectories until they escape or have survived every row."""
     rng = np.random.default_rng(seed)
     starts = random_starts(open_stadium.stadium, n, rng)
@@ -145,16 +145,17 @@ Sampled = tuple[Survival, Survival, Survival]
 """Survival by bounce, by time and by leg."""
 
 
-def survival_of(rows: Rows, counts: Counts | None) -> Sampled:
+def survival_of(rows: Stops, counts: Counts | None) -> Sampled:
     """Return survival by bounce, by time and by leg; without counts, they are empty."""
     if counts is None:
         empty = Survival(*np.zeros((3, 0)))
         return empty, empty, empty
 
     def share(at: Floats, sums: Floats, squares: Floats) -> Survival:
-        total, p = sums[0], sums[1:] / sums[0]
+        total = sums[0] or math.nan  # at large a, no leg may have begun
+        p = sums[1:] / total
         spread = (1 - 2 * p) * squares[1:] + p**2 * squares[0]
-        least = squares[0] / sums[0]  # where none has escaped or none is left, one more or less
+        least = squares[0] / total  # where none has escaped or none is left, one more or less
         return Survival(at, p, np.sqrt(np.maximum(spread, 0) + least**2 * (spread <= 0)) / total)
 
     return (

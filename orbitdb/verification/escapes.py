@@ -34,6 +34,8 @@ def _escape(found: Escape, _: Scope) -> Iterator[Check]:
     anew = asked.sampled(task() for task in asked.tasks())
     for by, other in zip(AT, anew, strict=True) if found.trajectories else ():
         own = getattr(found, by)
+        if np.isnan([own.survival, other.survival]).any():  # at large a, no leg may have begun
+            continue
         falls = np.diff(own.survival, prepend=1.0) <= 0
         yield Check.judged("escapes", [f"{label}, {AT[by]} = {at:g}" for at in own.at], ~falls)
         allowed = _SIGMAS * np.hypot(own.error, other.error)

@@ -7,7 +7,7 @@ from orbitdb import Stadium, escape
 from orbitdb.open_stadium import rates
 from orbitdb.open_stadium.flight import OpenStadium
 from orbitdb.open_stadium.openings import parse_openings
-from orbitdb.open_stadium.survival import Rows, count
+from orbitdb.open_stadium.survival import Stops, sample
 from orbitdb.open_stadium.transfer import Legs
 from orbitdb.trajectories.ensemble import advance, random_arcs, stays
 
@@ -62,8 +62,8 @@ def test_rates_of_the_hole_in_the_middle():
 def test_rate_per_leg_is_the_simulated_one(a, opening, without):
     stadium = Stadium(a)
     open_stadium = OpenStadium.of(stadium, parse_openings(opening), without)
-    rows = Rows(np.ones(1), np.ones(1), np.arange(1.0, 100))
-    legs = count(open_stadium, rows, 500_000, np.random.SeedSequence(2)).legs
+    rows = Stops(np.ones(1), np.ones(1), np.arange(1.0, 100))
+    legs = sample(open_stadium, rows, 500_000, np.random.SeedSequence(2)).legs
     first = np.searchsorted(-legs / legs[0], -0.3)
     gone = legs[first] - legs[-1]
     rate = -np.log1p(-gone / legs[first:-1].sum())

@@ -9,7 +9,7 @@ from orbitdb.open_stadium import rates
 from orbitdb.open_stadium.flight import OpenStadium
 from orbitdb.open_stadium.openings import parse_openings
 from orbitdb.open_stadium.patterns import Patterns
-from orbitdb.open_stadium.survival import Rows, count, rows_to, survival_of
+from orbitdb.open_stadium.survival import Stops, rows_to, sample, survival_of
 
 CASES = [
     (1.6, ["top:-0.3:0.3"], []),
@@ -22,9 +22,9 @@ CASES = [
 
 def sampled(a, opening, without, n, last=100, seed=1):
     stadium = Stadium(a)
-    rows = Rows.up_to(stadium, last)
+    rows = Stops.up_to(stadium, last)
     opened = OpenStadium.of(stadium, parse_openings(opening), without)
-    return survival_of(rows, count(opened, rows, n, np.random.SeedSequence(seed)))
+    return survival_of(rows, sample(opened, rows, n, np.random.SeedSequence(seed)))
 
 
 def paths(a, n, bounces, rng):
@@ -127,6 +127,14 @@ def test_walls_by_table_are_walls_one_by_one():
                 assert (after[0], fatal[0]) == (state, np.inf)
             after, fatal = patterns.cross(np.array([start]), np.array([top]), np.array([40.0]))
             assert fatal[0] == (number if state < 0 else np.inf)
+
+
+def test_extreme_stadiums(monkeypatch):
+    monkeypatch.setattr(rates, "GRIDS", (20, 30))
+    for a in (1e-6, 1e6):
+        found = escape(a, "left:0:0.5", trajectories=300, bounces=20)
+        assert found.columns()["survival"][0] == pytest.approx(1 - found.measure, abs=0.1)
+    assert {*found.columns("leg")["survival"]} <= {None, 0.0, 1.0}  # no leg may have begun
 
 
 def test_same_seed_same_numbers_and_rows_of_any_length(monkeypatch):

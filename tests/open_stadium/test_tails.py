@@ -7,7 +7,7 @@ from orbitdb import Stadium
 from orbitdb.open_stadium.flight import OpenStadium
 from orbitdb.open_stadium.openings import parse_openings
 from orbitdb.open_stadium.patterns import patterns_of
-from orbitdb.open_stadium.survival import Rows, count
+from orbitdb.open_stadium.survival import Stops, sample
 from orbitdb.open_stadium.tails import tails
 
 STADIUM = Stadium(1.6)
@@ -81,9 +81,9 @@ def test_survival_ends_in_the_tail(a, opening, without):
     stadium = Stadium(a)
     known = tails(stadium, parse_openings(opening), patterns_of(without))
     far = np.array([3000.0])
-    counts = count(
+    counts = sample(
         OpenStadium.of(stadium, parse_openings(opening), without),
-        Rows(far, far, np.ones(1)), 700_000, np.random.SeedSequence(5),
+        Stops(far, far, np.ones(1)), 700_000, np.random.SeedSequence(5),
     )  # fmt: skip
     survived = counts.bounces[1] / counts.bounces[0]
     assert survived == pytest.approx(known.c1 / 3000, abs=4 * np.sqrt(survived / 700_000) + 0.04 * survived)
