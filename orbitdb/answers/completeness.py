@@ -14,13 +14,18 @@ import numpy as np
 
 from orbitdb.arrays import Integers
 from orbitdb.errors import AlteredError, InputError, NotStoredError
-from orbitdb.orbits.least_values import largest_least_length, least_length, least_limit_of_lengths
+from orbitdb.orbits.least_values import (
+    largest_least_length,
+    least_exponent,
+    least_length,
+    least_limit_of_lengths,
+)
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.conditions import asks_of_lives, parse_order
 from orbitdb.store.lookup import WITH_ORBITS, a_values, counts_at, default_a
 from orbitdb.store.periods import Fill, Sweep, read_birth_fills, read_fills, read_pruned_fills, read_sweeps
 from orbitdb.store.select import count
-from orbitdb.store.selection import Selection, SelectionError, written_periods
+from orbitdb.store.selection import LEAST_PERIOD, Selection, SelectionError, written_periods
 from orbitdb.store.sqlite import DATABASE_ERRORS, Connection
 from orbitdb.store.where import check, codes_are_texts, reads_codes
 from orbitdb.symbols.enumeration import MAX_PERIOD
@@ -41,6 +46,9 @@ _FEW = 4
 
 LENGTHS = ("length", "quarter_length")
 """The lengths by which lists of orbits can be complete."""
+
+EXPONENTS = ("lyapunov", "quarter_lyapunov")
+"""The lambdas by which they can be."""
 
 
 @dataclass(frozen=True)
@@ -195,15 +203,18 @@ class Coverage:
                 raise AlteredError(f"period {fill.p} is filled, but the rows of its {counted} words are gone")
 
     def complete(self, order: str = "p") -> str | None:
-        """Return `describe_complete` for orbits that a length sorts or bounds, else None.
+        """Return how far a list of orbits is complete that a length or lambda sorts or bounds, else None.
 
-        Any expression that reads a length counts as a bound.
+        Any expression that reads one of them counts as a bound.
         """
         chosen, first = self.chosen, next(iter(parse_order(order)))
         read = () if chosen.where is None else check(chosen.where, chosen.parameters).columns
-        named = [name for name in LENGTHS if name == first or name in read or name in chosen.ranges]
+        bounding = {first, *read, *chosen.ranges}
+        named = [name for name in (*LENGTHS, *EXPONENTS) if name in bounding]
         if not named or Status.ORBIT not in (chosen.statuses or (Status.ORBIT,)):
             return None
+        if named[0] in EXPONENTS:
+            return describe_exponents(self.fills, chosen, named[0])
         return describe_complete(complete_length(self.fills, chosen), chosen, named[0])
 
     def unfilled(self, counted: Collection[int] = ()) -> str | None:
@@ -376,10 +387,7 @@ def describe_complete(complete: float | None, chosen: Selection, name: str = "le
     `name` is one of `LENGTHS`: an orbit of length L has a quarter_length of at least L/2.
     """
     if complete is None:
-        remedy = "fill all periods from 2 on"
-        if not chosen.includes(2):
-            remedy = f"choose all periods from 2 on, such as --p 2-{max(high for _, high in chosen.periods)}"
-        return f"orbits of any length may be missing: {remedy}"
+        return _of_any("length", chosen)
     share, bound = (2, "2a + pi") if name == "quarter_length" else (1, "4a + 2 pi")
     end = math.floor(complete / share * 100) / 100
     line = f"complete, by proof, up to {name} {end:.2f}; longer orbits may be missing"
@@ -395,6 +403,26 @@ def describe_complete(complete: float | None, chosen: Selection, name: str = "le
     # rounded up, because only finitely many are shorter than any number below the limit
     limit = math.ceil(least_limit_of_lengths(chosen.a) / share * 100) / 100
     return f"{line} ({reach}infinitely many are shorter than {bound} < {limit:.2f})"
+
+
+def describe_exponents(fills: Sequence[Fill], chosen: Selection, name: str) -> str:
+    """Return a line that says up to which lambda, rounded down, a list of orbits is complete.
+
+    `name` is one of `EXPONENTS`: an orbit of lambda has a quarter_lyapunov of at least lambda/2.
+    """
+    highest = highest_filled(fills, chosen)
+    if highest < LEAST_PERIOD:
+        return _of_any("lambda", chosen)
+    least = least_exponent(highest, chosen.a) / (2 if name == "quarter_lyapunov" else 1)
+    return f"complete, by proof, up to {name} {math.floor(least * 1000) / 1000:.3f}; others may be missing"
+
+
+def _of_any(what: str, chosen: Selection) -> str:
+    """Return a line that says that a list may lack orbits of any length or lambda, and what to do."""
+    remedy = "fill all periods from 2 on"
+    if not chosen.includes(2):
+        remedy = f"choose all periods from 2 on, such as --p 2-{max(high for _, high in chosen.periods)}"
+    return f"orbits of any {what} may be missing: {remedy}"
 
 
 def describe_fills(fills: Sequence[Fill], a: float) -> str:

@@ -19,7 +19,7 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import columns_of
 from orbitdb.errors import InputError, as_floats, check_int, check_number
-from orbitdb.orbits.least_values import least_length
+from orbitdb.orbits.least_values import least_exponent, least_length
 from orbitdb.quantum.bouncing_balls import family_terms
 from orbitdb.quantum.comparison import Comparison
 from orbitdb.quantum.judging import FITS, judge
@@ -28,7 +28,7 @@ from orbitdb.quantum.level_statistics import Statistics, expected, statistics
 from orbitdb.quantum.levels_from_orbits import Staircase
 from orbitdb.quantum.missing_levels import Assessment, assess, compare, without_twins
 from orbitdb.quantum.radius_fit import likely_grid_step, likely_scales, widest, without_grid
-from orbitdb.quantum.trace_formula import Terms, orbit_terms
+from orbitdb.quantum.trace_formula import Terms, largest_amplitude, orbit_terms
 from orbitdb.quantum.weyl import Parity, as_levels, check_levels, one_parity, weyl
 from orbitdb.store.lookup import WITH_ORBITS, a_values
 from orbitdb.store.selection import Selection
@@ -97,6 +97,7 @@ def read_spectrum(
         complete=complete if of is None else complete / 2,  # because half orbits contribute
         terms=Terms._make(map(np.concatenate, parts)),
         codes=codes,
+        missing=largest_amplitude(least_exponent(highest, stadium.a), float(x[-1]), of),
         judged=() if given is None else tuple(lacking(assessed(connection, stadium.a, given, of, window))),
     )
 

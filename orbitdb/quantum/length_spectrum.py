@@ -20,7 +20,7 @@ from orbitdb.display import Drawn, data_frame
 from orbitdb.quantum.bouncing_balls import family
 from orbitdb.quantum.trace_formula import Terms
 from orbitdb.quantum.weyl import Parity, weyl
-from orbitdb.text import format_float
+from orbitdb.text import format_float, upwards
 
 if TYPE_CHECKING:
     import pandas
@@ -88,6 +88,8 @@ class Spectrum(Drawn):
         Representatives of the symmetry classes to which `Terms.orbit` refers.
     judged : tuple of str
         What the given levels lack according to the orbits, one line each.
+    missing : float
+        Bound on the amplitude of each class of orbits that the sum may lack, up to the last length.
     """
 
     a: float
@@ -101,6 +103,7 @@ class Spectrum(Drawn):
     terms: Terms
     codes: NDArray[np.object_]
     judged: tuple[str, ...] = ()
+    missing: float = math.inf
 
     def __repr__(self) -> str:
         of = "" if self.parity is None else f" of the parity {self.parity}"
@@ -130,7 +133,11 @@ class Spectrum(Drawn):
         """
         end = math.floor(self.complete * 100) / 100
         if end < self.length[-1]:
-            said = [f"complete, by proof, up to length {end:.2f}; longer orbits may be missing from the sum"]
+            largest = f"{float(upwards(self.missing)):g} up to length {self.length[-1]:g}"
+            said = [
+                f"complete, by proof, up to length {end:.2f}; longer orbits may be missing from the sum, a "
+                f"class with an amplitude of at most {largest}"
+            ]
         else:
             said = ["complete: no orbit of these lengths is missing"]
         if terms:

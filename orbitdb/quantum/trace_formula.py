@@ -112,6 +112,16 @@ def orbit_terms(classes: OrbitClasses, longest: float, parity: Parity | None = N
     return Terms(r * length[orbit], amplitude, orbit, r, parts[orbit], index, grown)
 
 
+def largest_amplitude(exponent: float, longest: float, parity: Parity | None = None) -> float:
+    """Bound the moduli of the terms of classes whose lambda is at least `exponent`, up to a length.
+
+    A class has at most eight words, so at most two orientations in the quarter stadium, where lambda may be
+    half as large.
+    """
+    words, least = (8, exponent) if parity is None else (2, exponent / 2)
+    return words * longest / (2 * math.pi * math.sinh(least / 2))
+
+
 def _spatial(of: OrbitClasses) -> tuple[Integers, Integers]:
     """Return how many mirrors and half turns map each orbit to itself, and the first of them (0 if none)."""
     assert of.symmetry is not None

@@ -110,7 +110,10 @@ LISTED = [
     ("query --where 12>=length", "length"),
     ("query --order=-length --limit 3", "length"),
     ("query --range length=12: --limit 3", "length"),
-    ("query --order lyapunov --where length_error<1 --limit 3", None),
+    ("query --order lambda_d --where length_error<1 --limit 3", None),
+    ("query --order lyapunov --limit 3", "lyapunov"),
+    ("query --range quarter_lyapunov=:2 --limit 3", "quarter_lyapunov"),
+    ("query --where lyapunov<5 --limit 3", "lyapunov"),
     ("query --order length --status dynamical --limit 3", None),
     ("export --order quarter_length --limit 3 --format csv", "quarter_length"),
     ("export {folder}/shortest.csv --range length=:12", "length"),
@@ -127,7 +130,8 @@ def test_a_list_ordered_or_bounded_by_a_length_says_how_far_it_is_complete(
         assert told == []
         return
     shown = float(told[0].split(f"up to {name} ")[1].split(";")[0])
-    proved = least_length(8, 1.6) / (2 if name == "quarter_length" else 1)
+    proved = least_exponent(8, 1.6) if "lyapunov" in name else least_length(8, 1.6)
+    proved /= 2 if name.startswith("quarter") else 1
     assert proved - 0.01 < shown <= proved
 
 

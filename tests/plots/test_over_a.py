@@ -127,9 +127,9 @@ def test_the_figure_of_a_life_follows_an_orbit_over_a(word):
 
 @pytest.mark.usefixtures("few_places")
 def test_the_title_of_a_life_abbreviates_a_long_word():
-    orbit = solve_word("1^20 (02)^5 3", 200)
+    orbit = solve_word("1^20(02)^5 3", 200)
     title = over_a.life(with_existence(orbit)).axes[0].get_title()
-    assert title == "1^20 (02)^5 3 is born at $a = 129.651$"
+    assert title == "1^20(02)^5 3 is born at $a = 129.651$"
 
 
 @pytest.mark.usefixtures("few_places")

@@ -10,14 +10,15 @@ from there import there
 from orbitdb import Catalogue, InputError, Stadium, solve_word
 from orbitdb.answers.stadium_levels import read_orbits
 from orbitdb.billiard.stability import bounce_matrices
-from orbitdb.orbits.least_values import least_length
+from orbitdb.orbits.least_values import least_exponent, least_length
 from orbitdb.quantum.bouncing_balls import edges, family
 from orbitdb.quantum.exact_levels import levels
 from orbitdb.quantum.length_spectrum import TERMS, of_family, of_levels, of_terms
-from orbitdb.quantum.trace_formula import orbit_terms
+from orbitdb.quantum.trace_formula import largest_amplitude, orbit_terms
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import from_strings, least_rotation
+from orbitdb.text import upwards
 
 X = np.linspace(9.5, 11.7, 60)
 
@@ -291,3 +292,15 @@ def test_the_signs_and_orientations_of_an_orbit_are_those_of_its_row(catalogue):
         assert reverse == least_rotation(orbit.reverse().code)
         assert orientations == 1 or orbit.time_reversal == "pair"
         assert (reverse == code) == (orbit.time_reversal == "self")
+
+
+@pytest.mark.parametrize("parity", [None, *Parity])
+def test_terms_of_longer_periods_are_below_the_bound_on_what_may_be_missing(filled, classes, parity):
+    """Those of periods 6 to 8 are to a catalogue of periods 2 to 5 what it may lack."""
+    new = classes.rows(classes.p > 5)
+    terms = orbit_terms(new, 16.0, parity)
+    bound = largest_amplitude(least_exponent(5, 1.6), 16.0, parity)
+    assert bound / 30 < np.abs(terms.amplitude).max() <= bound
+    found = Catalogue(filled).spectrum((9.0, 16.0), parity=parity)
+    assert found.missing == largest_amplitude(least_exponent(8, 1.6), 16.0, parity)
+    assert f"an amplitude of at most {float(upwards(found.missing)):g} up to length 16" in found.notes()[0]

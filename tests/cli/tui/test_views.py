@@ -2,6 +2,7 @@
 
 import csv
 import shlex
+from functools import partial
 from io import StringIO
 from pathlib import Path
 
@@ -83,6 +84,19 @@ async def test_views_are_copied_and_undone(varied):
         assert "no view to go back to" in [*app._notifications][-1].message
 
 
+async def test_undo_takes_back_a_filter_whole_and_not_keystroke_by_keystroke(varied):
+    """Some of its beginnings are filters of their own, which the table shows while one types."""
+    async with browsing(varied) as (app, pilot):
+        main = app.screen
+        begun = main.view
+        await press(pilot, "slash", *"p=2 or p=3", "enter")
+        assert main.view.selection.where == "p=2 or p=3"
+        await press(pilot, "u")
+        assert main.view == begun
+        await press(pilot, "u")
+        assert "no view to go back to" in [*app._notifications][-1].message
+
+
 async def test_undoing_restores_columns_and_order(varied):
     async with browsing(varied) as (app, pilot):
         main = app.screen
@@ -111,6 +125,16 @@ def test_the_value_of_each_column_chooses_its_row(varied):
             found = list(catalogue.rows(columns=("code",), status=row[names.index("status")], where=where))
             assert found == [row[:1]], where
     assert equals("code", "it's") == "code = 'it''s'"
+
+
+@pytest.mark.parametrize(("column", "where"), [("area", "area < 0"), ("margin", "margin < 0")])
+def test_a_negative_value_under_the_cursor_chooses_its_row(varied, column, where):
+    catalogue = Catalogue(varied)
+    ask = partial(catalogue.rows, status="orbit,dynamical", columns=("code", column))
+    (row,) = ask(where=where, limit=1)
+    assert row[1] < 0
+    assert row in [*ask(where=equals(column, row[1]))]
+    assert all(value < 0 for _, value in ask(where=equals(column, row[1])))
 
 
 @pytest.mark.parametrize(
