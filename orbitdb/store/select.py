@@ -329,7 +329,8 @@ def row_keys_of(connection: sa.Connection, words: Words) -> NDArray[np.void]:
         ids, elements = found["id"], found["element"]
     else:
         found = arrays_of(connection, replace(words, by_class=True), ("symmetry",))
-        masks = np.array([STABILISER_OF.get(label, _ALONE) for label in found["symmetry"].tolist()], np.intp)
+        with t.readable(f"a row of {words.selection.describe()}"):
+            masks = np.array([_STABILISERS[label] for label in found["symmetry"].tolist()], np.intp)
         sizes = SIZES[masks]
         ids, owners = np.repeat(found["id"], sizes), np.repeat(np.arange(len(sizes)), sizes)
         nth = np.arange(len(ids)) - (np.cumsum(sizes) - sizes)[owners]
@@ -339,5 +340,5 @@ def row_keys_of(connection: sa.Connection, words: Words) -> NDArray[np.void]:
     return keys
 
 
-_ALONE = (1 << 8) - 1
-"""The stabiliser of a word without other images; a pruned word has no class, so it counts as one."""
+_STABILISERS = STABILISER_OF | {"": (1 << 8) - 1}
+"""The stabiliser with each symmetry label; a pruned word has none, and counts as one without other images."""
