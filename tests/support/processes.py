@@ -21,8 +21,8 @@ _SMALL = """
 import sys
 from orbitdb.filling import fill
 from orbitdb.cli.main import run
-from orbitdb.store import connection
-connection.BUSY_TIMEOUT = 60.0  # seconds; with three fills on a busy machine, some wait longer than 5
+from orbitdb.store import sqlite
+sqlite.BUSY_TIMEOUT = 60.0  # seconds; with three fills on a busy machine, some wait longer than 5
 for name in fill.METHODS:
     fill.METHODS[name] = fill.Method(fill.METHODS[name].solve, {words})
 print("ready", flush=True)
