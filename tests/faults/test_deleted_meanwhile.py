@@ -67,8 +67,8 @@ def undisturbed(made_once) -> Path:
     """What should be stored in the end: p = 2..4 at a = 0.5, and the work at a = 2."""
 
     def make(path: Path) -> None:
+        assert run(*WORK["sweep"], "--db", path, command=pausing(0)).returncode == 0  # before a fill
         made(path, fill_periods(path, 0.5, range(2, 5)), fill_periods(path, 2.0, range(2, 8)))
-        assert run(*WORK["sweep"], "--db", path, command=pausing(0)).returncode == 0
 
     return made_once("undisturbed", make)
 

@@ -249,7 +249,7 @@ def test_bounds_in_balls_and_in_doubles_stay_apart(awkward):
 
 def test_work_on_some_periods_returns_these_alone(awkward):
     catalogue = Catalogue(awkward, 0.3)
-    for found in (catalogue.fill("3,7"), catalogue.sweep("6-7"), catalogue.fill_births("2,5")):
+    for found in (catalogue.fill("3,7"), catalogue.sweep("8-9"), catalogue.fill_births("2,5")):
         assert len(found) == 2
     assert [each.p for each in catalogue.fill(3)] == [2, 3]
     assert [each.p for each in catalogue.fill([3])] == [each.p for each in catalogue.fill("3-3")] == [3]

@@ -75,9 +75,9 @@ def awkward(path: Path) -> None:
     """
     path.write_bytes(gzip.decompress(SCHEMA_9.read_bytes()))
     catalogue = Catalogue.create(path, a=0.3)
-    catalogue.fill("6-7")
     catalogue.sweep([6], a=2.5)
-    catalogue.sweep("6-7")
+    catalogue.sweep("6-7")  # before the fill, which makes sweeps needless
+    catalogue.fill("6-7")
     for a in (0.3, 2.5):
         begin_sweep(path, a, 8)
     catalogue.simulate(bounces=2000, seed=1)
