@@ -280,7 +280,7 @@ def takes_only(context: typer.Context, asked: str, *names: str) -> None:
 
     `names` are the parameters that do have an effect there; the catalogue and the output options always do.
     """
-    useful = {*names, "format_", "digits", "uncertainty", "force", "json", "db"}
+    useful = {*names, "format_", "digits", "uncertainty", "force", "json", "db", "quiet"}
     names_of = (parameter.name for parameter in context.command.params)
     refuse_idle(context, asked, *(name for name in names_of if name not in useful))
 

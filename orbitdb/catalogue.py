@@ -977,7 +977,6 @@ class Catalogue:
         kappa: "ArrayLike",
         selection: Selection | None = None,
         *,
-        words: str | Iterable[str] | None = None,
         progress: Tell | None = None,
         **criteria: Unpack[Criteria],
     ) -> "FieldOrbits":
@@ -993,7 +992,7 @@ class Catalogue:
         selection : Selection, optional
             The words, by default those of all filled periods; or give criteria, as in `select`. They apply to
             the stored numbers, which are those without a field.
-        words : str or iterable of str, optional
+        code : str or iterable of str, optional
             Instead, primitive words of any period, stored or not; a single text is one word.
         progress : optional
             As for `fill`.
@@ -1005,19 +1004,20 @@ class Catalogue:
 
         Examples
         --------
-        >>> orbits = catalogue.field([0.05, 0.1], words="0123")
+        >>> orbits = catalogue.field([0.05, 0.1], code="0123")
         >>> orbits.status.tolist(), orbits.splitting.round(6).tolist()
         (['orbit', 'orbit'], [-0.52, -1.04])
         """
         from orbitdb.answers.field import follow_words
         from orbitdb.answers.field_words import chosen_words, named_words
 
-        if words is None:
+        code = criteria.pop("code", None)
+        if code is None:
             picked = self._answer(chosen_words, selection, _of(_EVERY, selection, criteria))
-        elif selection is not None or criteria.keys() - {"a"}:
-            raise InputError("give words, or criteria that choose them, not both")
+        elif selection is not None or {name for name, value in criteria.items() if value} - {"a"}:
+            raise InputError("give code, or criteria that choose words, not both")
         else:
-            picked = named_words(words, self._chosen(None, criteria).a)
+            picked = named_words(code, self._at(cast("float | None", criteria.get("a"))))
         with telling(progress, "field") as tell:
             return follow_words(picked, kappa, tell)
 

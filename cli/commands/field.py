@@ -82,4 +82,4 @@ def _followed(
     if not codes:
         note("stdin contains no code")
     with progress("following") as shown, solving(db, a) as (catalogue, (at,)):
-        return catalogue.field(kappa, words=codes, a=at, progress=shown)
+        return catalogue.field(kappa, code=codes, a=at, progress=shown)

@@ -44,7 +44,7 @@ RESULTS = {
         | {"code": [one.orbit.code for one in found.shadowed]},
     ),
     "field": (
-        lambda c: c.field([-0.05, 0.05], words=["0123", "13"]),
+        lambda c: c.field([-0.05, 0.05], code=["0123", "13"]),
         lambda found: {name: getattr(found, name) for name in ("code", "kappa", "area", "action", "trace")},
     ),
     "spectrum": (

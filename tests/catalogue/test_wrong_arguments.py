@@ -115,7 +115,7 @@ def test_masked_values_are_left_out_and_complex_ones_refused(catalogue):
     points = np.ma.array(np.vstack([orbit.points[:2], [[9.0, 9.0]], orbit.points[2:]]))
     points[2, 0] = np.ma.masked
     assert catalogue.identify(points=points).shadowed[0].orbit == orbit
-    assert catalogue.field(np.ma.array([0.05, 0.1], mask=[True, False]), words="0123").kappa.tolist() == [0.1]
+    assert catalogue.field(np.ma.array([0.05, 0.1], mask=[True, False]), code="0123").kappa.tolist() == [0.1]
     k = np.ma.array([1.0, 2, 3], mask=[False, True, False])
     with pytest.raises(InputError, match="the list has only 2 levels"):
         catalogue.spectrum(levels=k)
@@ -125,7 +125,7 @@ def test_masked_values_are_left_out_and_complex_ones_refused(catalogue):
     assert subset[long].code.tolist() == ["13"]
     for call in (
         lambda: catalogue.assess(np.arange(1, 20) + 0j),
-        lambda: catalogue.field(np.array([0.1 + 0j]), words="0123"),
+        lambda: catalogue.field(np.array([0.1 + 0j]), code="0123"),
         lambda: catalogue.identify(points=orbit.points + 0j),
         lambda: catalogue.identify(start=np.array([0, 0.5, 1.2 + 0j])),
     ):

@@ -63,7 +63,7 @@ def test_counts_are_those_of_the_rows_and_of_lower_periods(catalogue):
         assert (points, entropy) == (sum(lower), pytest.approx(math.log(points) / p))
     assert table["elliptic"] == [0, 0, 0, 1]  # 01112555 at kappa = 0.1
     with pytest.raises(InputError, match="whole periods"):
-        catalogue.field(0.1, words="0123").counts()
+        catalogue.field(0.1, code="0123").counts()
 
 
 def test_words_pruned_without_a_field_come_back(catalogue):
@@ -76,7 +76,7 @@ def test_given_words_have_the_numbers_of_the_list_of_their_period(catalogue):
     """In any rotation, in the order in which they are given, and together with words of other periods."""
     orbits = catalogue.field([-0.2, 0.07], p=5)
     codes = orbits.code[::2].tolist()[::-1]
-    given = catalogue.field([-0.2, 0.07], words=["13", *(code[2:] + code[:2] for code in codes)])
+    given = catalogue.field([-0.2, 0.07], code=["13", *(code[2:] + code[:2] for code in codes)])
     assert given.code.tolist()[2::2] == [code[2:] + code[:2] for code in codes]
     backwards = np.arange(len(orbits)).reshape(-1, 2)[::-1].ravel()
     assert given.status.tolist()[2:] == orbits.status[backwards].tolist()
@@ -110,7 +110,7 @@ def test_the_splitting_is_twice_kappa_times_the_area_to_first_order(catalogue):
     wide = np.abs(stored.area) > 0.5
     codes, area = stored.code[wide].tolist(), stored.area[wide]
     strong, weak = (
-        catalogue.field(kappa, words=codes).splitting / (2 * kappa * area) - 1 for kappa in (0.04, 0.02)
+        catalogue.field(kappa, code=codes).splitting / (2 * kappa * area) - 1 for kappa in (0.04, 0.02)
     )
     assert len(codes) > 20
     assert np.abs(weak).max() < 1e-2
@@ -123,7 +123,7 @@ def test_the_splitting_is_twice_kappa_times_the_area_to_first_order(catalogue):
 def test_the_elliptic_window_of_a_whispering_orbit(catalogue, k):
     """The word 0 1^7 2 5^7 is stable for kappa k^2 from 0.939 to 0.9785."""
     scaled = np.array([0.9, 0.938, 0.939, 0.95, 0.96, 0.97, 0.978, 0.979, 1.0])
-    orbits = catalogue.field(scaled / k**2, words=f"0 1^{k} 2 5^{k}")
+    orbits = catalogue.field(scaled / k**2, code=f"0 1^{k} 2 5^{k}")
     assert orbits.status.tolist() == ["orbit"] * 2 + ["elliptic"] * 5 + ["orbit"] * 2
     assert (orbits.lyapunov[2:7] == 0).all()
     assert (np.abs(orbits.trace[2:7]) < 2).all()
@@ -132,14 +132,14 @@ def test_the_elliptic_window_of_a_whispering_orbit(catalogue, k):
 @pytest.mark.parametrize("a", [1.0, 1.6, 3.0])
 def test_the_shortest_whispering_orbit_becomes_stable_where_theory_says(catalogue, a):
     onset = 2 / ((1 + a) ** 2 + 1)
-    before, after = catalogue.field([onset * (1 - 1e-9), onset * (1 + 1e-9)], words="0123", a=a).status
+    before, after = catalogue.field([onset * (1 - 1e-9), onset * (1 + 1e-9)], code="0123", a=a).status
     assert (before, after) == ("orbit", "elliptic")
 
 
 def test_a_bounce_along_the_boundary_is_said(catalogue):
     """The residual of 01023 is small there, but says nothing about the angle."""
-    assert not any("along" in note for note in catalogue.field(0.0995, words="01023", a=5).notes)
-    orbits = catalogue.field(0.1, words="01023", a=5)
+    assert not any("along" in note for note in catalogue.field(0.0995, code="01023", a=5).notes)
+    orbits = catalogue.field(0.1, code="01023", a=5)
     assert orbits.least_sine[0] < 1e-4
     assert any("1 row has a bounce along the boundary" in note for note in orbits.notes)
 
@@ -158,7 +158,7 @@ def test_orbits_through_a_joint_are_no_orbits_without_a_field(catalogue):
     boundary = solved(6, 1.0)
     codes = to_strings(words_of(6)[boundary.status == "boundary"])
     assert codes
-    assert set(catalogue.field(0, words=codes, a=1.0).status.tolist()) == {"joint"}
+    assert set(catalogue.field(0, code=codes, a=1.0).status.tolist()) == {"joint"}
 
 
 def test_notes_say_where_the_list_ends(catalogue):
@@ -173,7 +173,7 @@ def test_notes_say_where_the_list_ends(catalogue):
     assert said(kappa=0.11, p=4) == [doubles]
     assert said(kappa=0.11, p=7) == [missing, doubles]
     assert said(kappa=0.05, p=4, a=1.5) == [missing, doubles]
-    assert said(kappa=0.2, words="0103") == [doubles]
+    assert said(kappa=0.2, code="0103") == [doubles]
 
 
 def test_criteria_choose_stored_rows(catalogue):
@@ -184,7 +184,7 @@ def test_criteria_choose_stored_rows(catalogue):
 
 
 def test_a_data_frame_has_the_json_columns(catalogue, cli, filled):
-    frame = catalogue.field([0.05, 0.3], words=["0123", "13"]).to_pandas()
+    frame = catalogue.field([0.05, 0.3], code=["0123", "13"]).to_pandas()
     printed = cli("field", "0123", "13", "--kappa", "0.05", "--kappa", "0.3", "--json")
     rows = json.loads(printed.out)
     assert list(frame.columns) == list(rows[0])
@@ -251,7 +251,7 @@ def test_figures_of_orbits_in_a_field(cli, filled, tmp_path):
 
 
 def test_a_figure_has_a_curve_for_each_word(catalogue):
-    orbits = catalogue.field(np.linspace(0, 0.3, 5), words=["0123", "0321"])
+    orbits = catalogue.field(np.linspace(0, 0.3, 5), code=["0123", "0321"])
     axes = orbits.plot()
     drawn = {line.get_label(): line.get_ydata() for line in axes.get_lines()}
     assert drawn["0123"].tolist() == orbits.action[orbits.code == "0123"].tolist()
@@ -260,7 +260,7 @@ def test_a_figure_has_a_curve_for_each_word(catalogue):
     stable = orbits.kappa[orbits.status == "elliptic"].tolist()
     assert np.sort(np.concatenate(marks)).tolist() == sorted(stable) != []
     with pytest.raises(InputError, match="follow orbits to several kappa"):
-        catalogue.field(0.1, words="0123").plot()
+        catalogue.field(0.1, code="0123").plot()
 
 
 def test_nothing_chosen_is_said_and_is_no_row(catalogue, cli, filled):
