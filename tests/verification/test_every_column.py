@@ -22,6 +22,7 @@ CANNOT = {
     "certificate": {"stadium", "radius", "bits", "version"},
     "change": {"error"},
     "birth_fill": {"seconds", "words"},
+    "pruned_fill": {"seconds"},
     "trajectory": {
         "id", "bounces", "groups", "seed", "lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error",
         "mean_free_path", "mean_free_path_error",
@@ -97,8 +98,9 @@ def tables(path: Path) -> dict[str, dict[str, tuple[str, bool]]]:
 
 
 TABLES = [
-    "stadium", "run", "cycle", "element", "pruned", "orbit", "fill", "certificate", "change", "birth_fill",
-    "trajectory", "entropy_bound", "level_fill", "level", "sweep", "sweep_block", "open_stadium",
+    "stadium", "run", "cycle", "element", "pruned", "pruned_fill", "orbit", "fill", "certificate", "change",
+    "birth_fill", "trajectory", "entropy_bound", "level_fill", "level", "sweep", "sweep_block",
+    "open_stadium",
 ]  # fmt: skip
 
 
