@@ -16,7 +16,7 @@ from orbitdb.magnetic.action import ArcPaths
 from orbitdb.magnetic.field_status import IN_FIELD, FieldStatus
 from orbitdb.orbits.solve import solve_word
 from orbitdb.plots.paths import draw_stadium
-from orbitdb.plots.style import BLUE, GREY, INKS, PURPLE, Picture, closed, figure, short
+from orbitdb.plots.style import BLUE, GREY, INK, INKS, PURPLE, Picture, closed, figure, short
 from orbitdb.symbols.words import least_rotation
 from orbitdb.text import format_float, shortened
 
@@ -67,10 +67,11 @@ def draw_actions(ax: Axes, orbits: FieldOrbits) -> None:
         if orbit.length is not None and orbit.area is not None and orbit.area_slope is not None:
             second = orbit.length - kappa * orbit.area - kappa**2 * orbit.area_slope / 2
             second[np.isnan(action)] = np.nan
-            ax.plot(kappa, second, "--", color=GREY, linewidth=1, label="to second order", zorder=1)
+            ax.plot(kappa, second, "--", color=INK, linewidth=1, label="to second order", zorder=3)
         stable = orbits.status[own] == FieldStatus.ELLIPTIC.value
         if stable.any():
-            ax.plot(kappa[stable], action[stable], "o", color=PURPLE, markersize=4, label="stable")
+            stretch = np.where(stable, action, np.nan)
+            ax.plot(kappa, stretch, color=PURPLE, linewidth=5, alpha=0.5, label="stable", zorder=1)
     ax.set(xlabel=r"curvature $\kappa R$", ylabel=r"action $S/R = (L - \kappa A)/R$")
 
 

@@ -151,7 +151,7 @@ def draw_limit(ax: Axes) -> float:
 
 PLACES_OF_BOUNDS = 200
 _BESIDE_BOUNDS = 1.25
-"""Factor between the first or last a with bounds and the end of the axis."""
+"""Factor between the first or last a with bounds, or the first birth of a life, and the end of the axis."""
 _FEW = 3
 """The legend writes out at most this many proved intervals."""
 _PLACES = 5
@@ -243,7 +243,8 @@ def life(orbit: Orbit) -> Picture:
     ends = [end for pair in lives for end in pair if end]
     start = lives[0][0] * (1 + _BESIDE) or orbit.a
     first = solve_word(orbit.code, start)
-    low, high = min([_FROM, *(end / 2 for end in ends)]), max([_TO, *(4 * end for end in ends)])
+    low = lives[0][0] / _BESIDE_BOUNDS if lives[0][0] else min([_FROM, *(end / 2 for end in ends)])
+    high = max([_TO, *(4 * end for end in ends)])
     beside = [end * (1 + sign * _BESIDE) for end in ends for sign in (-1, 1)]
     a = np.sort(np.concatenate([np.geomspace(low, high, PLACES), beside]))
     with figure(6.4, 7.2) as made:

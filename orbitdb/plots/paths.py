@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from matplotlib import rcParams
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
@@ -16,6 +18,7 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.style import (
     BLUE,
     FAINT,
+    GREY,
     INK,
     SMALL,
     Colours,
@@ -97,13 +100,25 @@ def _draw_arrows(ax: Axes, points: Floats, colour: str) -> None:
         )
 
 
+def draw_outline(
+    ax: Axes, stadium: Stadium, width: float, opening: Sequence[Opening] = ()
+) -> list[PathPatch]:
+    """Draw the boundary, with gaps at openings; a whole one is a closed path, which shows no corner."""
+    paths = [Path(part, closed=not opening) for part in outline_parts(stadium, opening)]
+    patches = [
+        PathPatch(path, fill=False, edgecolor=INK, linewidth=width, joinstyle="round", zorder=2)
+        for path in paths
+    ]
+    for patch in patches:
+        ax.add_patch(patch)
+    return patches
+
+
 def draw_stadium(ax: Axes, stadium: Stadium, small: bool, opening: Sequence[Opening] = ()) -> None:
     """Draw the outline and, unless the axes are small, ticks and faint continuations of walls and circles."""
     a, turn = stadium.a, np.linspace(0, 2 * math.pi, 200)
-    parts = outline_parts(stadium, opening)
     if small:
-        for part in parts:
-            ax.plot(*part.T, color=INK, linewidth=1, zorder=2)
+        draw_outline(ax, stadium, 1, opening)
         ax.set(xlim=(-a - 1.5, a + 1.5), ylim=(-1.6, 1.6), aspect="equal" if a < 20 else "auto")
         ax.axis("off")
         return
@@ -112,13 +127,14 @@ def draw_stadium(ax: Axes, stadium: Stadium, small: bool, opening: Sequence[Open
         ax.plot(centre + np.cos(turn), np.sin(turn), color=FAINT, linewidth=0.7, zorder=1)
     beyond = a + 1 + across
     ax.hlines([-1, 1], -beyond, beyond, color=FAINT, linewidth=0.7, zorder=1)
-    for part in parts:
-        ax.plot(*part.T, color=INK, linewidth=1.3 * rcParams["lines.linewidth"], zorder=2)
+    draw_outline(ax, stadium, 1.3 * rcParams["lines.linewidth"], opening)
     ax.grid(False)
     ax.spines[["left", "bottom"]].set_visible(False)
     ax.set(xlim=(-beyond, beyond), ylim=(-1 - up, 1 + up))
     mark_stadium(ax, stadium)
     ax.set_aspect("equal" if equal else "auto")
+    if not equal:
+        ax.text(0.5, 0.02, "not to scale", transform=ax.transAxes, ha="center", color=GREY, fontsize=SMALL)
 
 
 def mark_stadium(ax: Axes, stadium: Stadium) -> None:
@@ -225,7 +241,7 @@ def draw_sheet(ax: Axes, orbits: Sequence[Orbit]) -> None:
         ax.annotate(
             "\n".join(_label(orbit)[:lines]), (x, y - 1.12), ha="center", va="top", fontsize=SMALL, color=INK
         )
-    ax.add_collection(LineCollection(walls, colors=INK, linewidths=0.7))
+    ax.add_collection(PolyCollection(walls, facecolors="none", edgecolors=INK, linewidths=0.7))
     ax.add_collection(LineCollection(drawn, colors=BLUE, linewidths=0.8, joinstyle="round"))
     ax.plot(*np.concatenate([path[:-1] for path in drawn]).T, "o", color=BLUE, markersize=1.6)
     ax.set(xlim=(-wide / 2, (columns - 0.5) * wide), ylim=(-(rows - 1) * _HIGH - 2.15, 1.25), aspect="equal")

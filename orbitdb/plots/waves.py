@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib import rcParams
 from matplotlib.axes import Axes
-from matplotlib.path import Path
 
-from orbitdb.plots.paths import mark_stadium
+from orbitdb.plots.paths import draw_outline, mark_stadium
 from orbitdb.plots.phase_space import draw_walls
-from orbitdb.plots.style import INK, ORANGE, Colours, Picture, closed, figure, short
+from orbitdb.plots.style import ORANGE, Colours, Picture, closed, figure, short
 from orbitdb.text import format_float
 
 if TYPE_CHECKING:
@@ -55,8 +54,7 @@ def draw_wave(ax: Axes, wave: "Wave", orbit: "Orbit | None" = None) -> Colours:
     whole = np.concatenate([half[::-1], half])
     image = ax.imshow(whole, cmap="Blues", extent=(-1 - a, 1 + a, -1, 1), origin="lower", vmin=0,
                       interpolation="bilinear")  # fmt: skip
-    (outline,) = ax.plot(*wave.stadium.outline().T, color=INK, linewidth=1.5)
-    image.set_clip_path(Path(outline.get_xydata()), ax.transData)
+    image.set_clip_path(draw_outline(ax, wave.stadium, 1.5)[0])
     if orbit is not None and orbit.points is not None:
         ax.plot(*closed(orbit.points).T, "--", color=ORANGE, linewidth=0.8)
         ax.plot(*orbit.points.T, "o", color=ORANGE, markersize=0.6 * rcParams["lines.markersize"])

@@ -48,9 +48,9 @@ def test_without_a_rate_only_the_tail_is_drawn_and_without_a_sample_nothing():
 
 def test_openings_are_gaps_in_the_wall_and_strips_in_phase_space(filled_once):
     (ax,) = draw_path(solve_word("1232131", 1.6), "top:-0.3:0.3").axes
-    drawn = np.concatenate(
-        [np.asarray(line.get_xydata()) for line in ax.get_lines() if line.get_zorder() == 2]
-    )
+    parts = [patch for patch in ax.patches if patch.get_zorder() == 2]
+    drawn = np.concatenate([patch.get_path().vertices for patch in parts])
+    assert all(patch.get_path().codes is None for patch in parts)  # open, unlike the whole boundary
     on_top = drawn[np.isclose(drawn[:, 1], 1) & (np.abs(drawn[:, 0]) < 1.6), 0]
     assert np.abs(on_top).min() == pytest.approx(0.3)
     catalogue = Catalogue(filled_once)

@@ -204,7 +204,8 @@ def test_a_sheet_shows_every_class_up_to_its_limit(known, limit, told):
     assert labels == [
         f"{orbit.code}\n$L = {orbit.length:.4f}$, $\\lambda_d = {orbit.lambda_d:.4f}$" for orbit in orbits
     ]
-    walls, drawn = (each.get_segments() for each in ax.collections)
+    outlines, paths = ax.collections
+    walls, drawn = [path.vertices for path in outlines.get_paths()], paths.get_segments()
     assert len(walls) == len(drawn) == len(orbits)
     middles = [(wall.min(axis=0) + wall.max(axis=0)) / 2 for wall in walls]
     for middle, path, orbit in zip(middles, drawn, orbits, strict=True):

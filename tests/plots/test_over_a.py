@@ -107,7 +107,7 @@ def test_the_figure_of_a_life_follows_an_orbit_over_a(word):
         assert to_hex(curve.get_color()) == colour
         a, values = curve.get_data()
         assert (np.diff(a) > 0).all()
-        assert a[0] == pytest.approx(min([0.1, *(end / 2 for end in ends)]))
+        assert a[0] == pytest.approx(exists[0][0] / 1.25 or min([0.1, *(end / 2 for end in ends)]))
         assert a[-1] == pytest.approx(max([5, *(4 * end for end in ends)]))
         lives = [any(low < at < (high or math.inf) for low, high in exists) for at in a.tolist()]
         assert (~np.isnan(values)).tolist() == lives

@@ -73,7 +73,8 @@ def test_a_path_has_arrows_and_numbers_unless_it_is_long(ax, rng, p, a):
     np.testing.assert_allclose([each.xy for each in arrows], points[: len(ahead)] + 0.65 * ahead)
     tails = np.array([np.subtract(each.xy, each.xyann) for each in arrows])
     np.testing.assert_allclose(tails, 1e-3 * ahead / np.hypot(*ahead.T)[:, None], atol=1e-9)
-    labels: Any = [each for each in ax.texts if each.get_text()]
+    labels: Any = [each for each in ax.texts if each.get_text() not in ("", "not to scale")]
+    assert (len(labels) < sum(bool(each.get_text()) for each in ax.texts)) == (a >= 20)
     assert bool(labels) == (p <= 24)
     for symbol, point in zip(symbols, points, strict=True) if labels else ():
         nearest = min(labels, key=lambda label: math.dist(label.xy, point))
@@ -83,7 +84,9 @@ def test_a_path_has_arrows_and_numbers_unless_it_is_long(ax, rng, p, a):
     for centre, circle in zip((-a, a), circles, strict=True):
         np.testing.assert_allclose(np.hypot(*(circle - [centre, 0]).T), 1)
         assert np.ptp(circle, axis=0) == pytest.approx([2, 2], abs=1e-3)
-    outline = next(each for each in ax.lines if np.array_equal(each.get_xydata(), stadium.outline()))
+    (outline,) = ax.patches
+    assert outline.get_path().vertices.tolist() == stadium.outline().tolist()
+    assert outline.get_path().codes[-1] == outline.get_path().CLOSEPOLY  # no corner where it begins
     levels = [each.get_zorder() for each in (ax.collections[0], outline, path, *dots)]
     assert levels == sorted({*levels})
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
