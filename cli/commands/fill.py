@@ -218,6 +218,9 @@ def _fill_words(codes: Sequence[str], a: float | None, method: str, db: Path, dr
     if dry_run:
         note(f"{several(len(words), 'word')} to solve at a = {format_float(at)}, in {db}")
         return
+    if not words:
+        note("stdin contains no code")
+        return
     bring(db)
     orbits = Catalogue(db, at).fill(code=words, method=method)
     if len(words) <= _FEW_WORDS and "-" not in codes:
@@ -228,7 +231,7 @@ def _fill_words(codes: Sequence[str], a: float | None, method: str, db: Path, dr
     counts = Counter(orbit.status for orbit in orbits).most_common()
     by_status = ", ".join(f"{count} {status}" for status, count in counts)
     left = sum(not orbit.stored for orbit in orbits)
-    stored = f"{by_status or 'nothing to store'}{f', {left} not stored' if left else ''}"
+    stored = f"{by_status}{f', {left} not stored' if left else ''}"
     note(f"{several(len(words), 'word')}: {stored}, {time.monotonic() - start:.1f} s, in {db}")
 
 

@@ -94,7 +94,7 @@ def _enclosed(
     values: Sequence[float], limits: Limits, prove: bool, jobs: int | None, tell: Tell
 ) -> Iterator[tuple[EntropyBounds, str | None]]:
     """Yield bounds, each time with the arithmetic that computed them, or None if this process did."""
-    if limits[-1] == math.inf and (takes := len(values) * _time_at_one_a(limits[0])) >= _LONG:
+    if limits[0] and limits[-1] == math.inf and (takes := len(values) * _time_at_one_a(limits[0])) >= _LONG:
         logging.getLogger("orbitdb").warning(
             "windows of %s edges take %s of processor time", limits[0], about(takes)
         )

@@ -75,7 +75,7 @@ STREAMS = [
     ("table", ">&- 2>&-", 3, ""),
     ("table", ">/dev/null 2>&-", 0, ""),
     ("export rows.csv --p 2", ">&- 2>&- <&-", 0, ""),
-    ("fill --code -", "<&-", 0, ""),
+    ("fill --code -", "<&-", 0, "stdin contains no code\n"),
     ("browse", "<&-", 2, "orbitdb: browse needs a terminal: use 'orbitdb query' without one\n"),
 ]
 
