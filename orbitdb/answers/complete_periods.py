@@ -162,7 +162,7 @@ def read_complete_periods(
     coverage = Coverage(connection, wide)
     unborn = tuple(coverage.without_births())
     filled = [p for p in coverage.filled if p not in unborn]
-    sweeps = coverage.sweeps if swept and all_orbits(wide) else []
+    sweeps = coverage.stored.sweeps if swept and all_orbits(wide) else []
     counted = {
         sweep.p: sweep
         for sweep in sweeps

@@ -5,7 +5,6 @@ Missing data never count as zero. Instead, a note with every list, count or aver
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -81,48 +80,61 @@ class Counted:
         return numbers
 
 
+class Stored:
+    """What is stored at one a, at one moment; each table is read once, when it is first needed."""
+
+    def __init__(self, connection: Connection, a: float) -> None:
+        self._connection, self._a = connection, a
+
+    @cached_property
+    def fills(self) -> list[Fill]:
+        """All fills, in order of period."""
+        return read_fills(self._connection, self._a)
+
+    @cached_property
+    def sweeps(self) -> list[Sweep]:
+        """All sweeps, in order of period."""
+        return read_sweeps(self._connection, self._a)
+
+    @cached_property
+    def born(self) -> list[int]:
+        """The periods whose births and deaths are all stored, in ascending order."""
+        return periods_with_births(self._connection)
+
+    @cached_property
+    def pruned(self) -> dict[int, bool]:
+        """The periods with geometrically pruned words, and whether all of them are stored."""
+        return {p: whole for p, (_, whole) in read_pruned_fills(self._connection).items()}
+
+    @cached_property
+    def filled_at(self) -> list[float]:
+        """Every a that has fills, in order."""
+        return a_values(self._connection, ["fill"])
+
+
 class Coverage:
-    """What is stored of a chosen subset, at one moment; each table is read once, when it is first needed.
+    """How far a chosen subset is stored, and the notes on what it lacks.
 
     Parameters
     ----------
     connection : Connection
     chosen : Selection
+    stored : Stored, optional
+        What is stored at its a, if that has been read before.
     """
 
-    def __init__(self, connection: Connection, chosen: Selection) -> None:
+    def __init__(self, connection: Connection, chosen: Selection, stored: Stored | None = None) -> None:
         self.connection, self.chosen = connection, chosen
+        self.stored = Stored(connection, chosen.a) if stored is None else stored
 
     def of(self, chosen: Selection) -> "Coverage":
         """Return the coverage of another subset at the same a, for which nothing is read again."""
-        other = copy(self)
-        other.chosen = chosen
-        return other
+        return Coverage(self.connection, chosen, self.stored)
 
-    @cached_property
+    @property
     def fills(self) -> list[Fill]:
         """All fills at this a, in order of period."""
-        return read_fills(self.connection, self.chosen.a)
-
-    @cached_property
-    def sweeps(self) -> list[Sweep]:
-        """All sweeps at this a, in order of period."""
-        return read_sweeps(self.connection, self.chosen.a)
-
-    @cached_property
-    def born(self) -> list[int]:
-        """The periods whose births and deaths are all stored, in ascending order."""
-        return periods_with_births(self.connection)
-
-    @cached_property
-    def pruned(self) -> dict[int, bool]:
-        """The periods with geometrically pruned words, and whether all of them are stored."""
-        return {p: whole for p, (_, whole) in read_pruned_fills(self.connection).items()}
-
-    @cached_property
-    def filled_at(self) -> list[float]:
-        """Every a that has fills, in order."""
-        return a_values(self.connection, ["fill"])
+        return self.stored.fills
 
     @property
     def filled(self) -> list[int]:
@@ -141,7 +153,9 @@ class Coverage:
         """
         if not asks_of_lives(self.chosen, names, order):
             return []
-        return [p for p in sorted([*self.filled, *self.partial]) if p <= MAX_PERIOD and p not in self.born]
+        return [
+            p for p in sorted([*self.filled, *self.partial]) if p <= MAX_PERIOD and p not in self.stored.born
+        ]
 
     # notes
 
@@ -244,7 +258,9 @@ class Coverage:
     def _elsewhere(self) -> str:
         """Return, in parentheses, which periods are filled at this a and which other a have fills, or ''."""
         whole, a = [fill.p for fill in self.fills if fill.complete], self.chosen.a
-        others = sorted((other for other in self.filled_at if other != a), key=lambda other: abs(other - a))
+        others = sorted(
+            (other for other in self.stored.filled_at if other != a), key=lambda other: abs(other - a)
+        )
         parts = [written_periods(whole)] if whole else []
         if others:
             more = f" and {len(others) - _SHOWN} more" if len(others) > _SHOWN else ""
@@ -270,12 +286,12 @@ class Coverage:
         """Return a line that names chosen periods without stored geometrically pruned words, or None."""
         if Status.GEOMETRIC not in self.chosen.statuses:
             return None
-        stored = [p for p, whole in self.pruned.items() if whole]
+        stored = [p for p, whole in self.stored.pruned.items() if whole]
         periods = _within(self.chosen.periods or [(p, p) for p in self.filled] or [(2, _USUAL)], stored)
         if not periods:
             return None
         total = sum(count_pruned(p) for p in periods)
-        every = " all" if self.pruned.keys() & set(periods) else ""
+        every = " all" if self.stored.pruned.keys() & set(periods) else ""
         named = f"{periods[0]}-{periods[-1]}" if periods[0] > 2 else periods[-1]
         return (
             f"geometrically pruned words of {written_periods(periods)} are not{every} stored (there "
@@ -311,7 +327,7 @@ def gaps_at(connection: Connection, chosen: Sequence[Selection], everywhere: boo
     try:
         for coverage in (Coverage(connection, selection) for selection in chosen):
             if coverage.fills or (coverage.chosen.periods and not everywhere):
-                lines += coverage.gaps(swept=[sweep.p for sweep in coverage.sweeps])
+                lines += coverage.gaps(swept=[sweep.p for sweep in coverage.stored.sweeps])
     except (AlteredError, TypeError, ValueError, *DATABASE_ERRORS):
         return []
     return lines
@@ -339,9 +355,9 @@ def counts(coverage: Coverage) -> Counted:
     tallies = {
         fill.p: Tally(*(getattr(fill, name) for name in names)) for fill in coverage.fills if fill.complete
     }
-    sweeps = [sweep for sweep in coverage.sweeps if sweep.complete and sweep.p not in tallies]
+    sweeps = [sweep for sweep in coverage.stored.sweeps if sweep.complete and sweep.p not in tallies]
     tallies |= {sweep.p: sweep.tally for sweep in sweeps}
-    born = [p for p in coverage.born if p not in tallies]
+    born = [p for p in coverage.stored.born if p not in tallies]
     chosen = tuple(sorted(p for p in (*tallies, *born) if selection.includes(p)))
     needed = {p for p in born if any(multiple % p == 0 for multiple in chosen)}
     tallies |= {p: counts_at(coverage.connection, selection.a, p) for p in needed}

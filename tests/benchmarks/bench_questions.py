@@ -16,11 +16,13 @@ from orbitdb import Catalogue, Selection
 from orbitdb.cli.tui.stored import USUAL, Ordering, Pages
 
 A = 1.6
+EVERY = Selection(A)
+"""The words of every status."""
 
 
 def page_of_lengths(catalogue: Catalogue) -> None:
     """Read the shortest orbits, with all that a command says about them."""
-    listing = catalogue.rows(a=A, order="length", limit=20, columns=USUAL)
+    listing = catalogue.rows(EVERY, order="length", limit=20, columns=USUAL)
     assert len(list(listing)) <= listing.total
     assert listing.complete
     assert listing.notes is not None
@@ -32,15 +34,15 @@ def last_page(pages: Pages) -> None:
 
 
 QUESTIONS: dict[str, Callable[[Catalogue], object]] = {
-    "count()": lambda catalogue: catalogue.count(a=A),
+    "count()": lambda catalogue: catalogue.count(EVERY),
     'rows(order="length", limit=20), total, notes': page_of_lengths,
-    'rows(order="length", limit=20)': lambda c: [*c.rows(a=A, order="length", limit=20, columns=USUAL)],
-    'rows(order="code", limit=20)': lambda c: [*c.rows(a=A, order="code", limit=20, columns=USUAL)],
+    'rows(order="length", limit=20)': lambda c: [*c.rows(EVERY, order="length", limit=20, columns=USUAL)],
+    'rows(order="code", limit=20)': lambda c: [*c.rows(EVERY, order="code", limit=20, columns=USUAL)],
     "rows(where=\"code like '%0202%'\", limit=20)": lambda c: [
-        *c.rows(a=A, where="code like '%0202%'", limit=20, columns=USUAL)
+        *c.rows(replace(EVERY, where="code like '%0202%'"), limit=20, columns=USUAL)
     ],
-    'rows(order="code")': lambda c: sum(1 for _ in c.rows(a=A, order="code", columns=USUAL)),
-    "select(p=12)": lambda catalogue: catalogue.select(a=A, p=12),
+    'rows(order="code")': lambda c: sum(1 for _ in c.rows(EVERY, order="code", columns=USUAL)),
+    "select(p=12)": lambda catalogue: catalogue.select(replace(EVERY, periods=((12, 12),))),
     "lyapunov()": lambda catalogue: catalogue.lyapunov(a=A),
 }
 
@@ -64,11 +66,11 @@ def main() -> None:
     """Print the processor time of each question."""
     path, repetitions = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 3
     catalogue = Catalogue(path)
-    print(f"{'milliseconds of processor time':46} {catalogue.count(a=A):>10,} words")
+    print(f"{'milliseconds of processor time':46} {catalogue.count(EVERY):>10,} words")
     for name, question in QUESTIONS.items():
         report(name, measured(partial(question, catalogue), repetitions))
     for order in ("p", "length", "code"):
-        ask = partial(Pages.read, catalogue, Selection(A), Ordering(order), USUAL, catalogue)
+        ask = partial(Pages.read, catalogue, EVERY, Ordering(order), USUAL, catalogue)
         report(f"the screen by {order}", measured(ask, repetitions))
         pages = ask()
         report("  its last page", measured(partial(last_page, pages), repetitions))

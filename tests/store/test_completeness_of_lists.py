@@ -1,10 +1,13 @@
 """Periods that are not or partly filled never count as zero, and are described in the same way everywhere."""
 
 import json
+import re
+from collections import Counter
 
 import pytest
 from contents import alter, answer, before_statements, counts_of, made
 from quick import slow_but
+from sqlalchemy import event
 from there import there
 
 from orbitdb import Catalogue
@@ -26,7 +29,7 @@ def fill(p, state="done"):
 def coverage(fills, periods, a=1.6, filled_at=(1.6,)):
     """Return what is stored of some periods, of a catalogue that nobody made."""
     known = Coverage(None, Selection(a, tuple(periods)))  # type: ignore[arg-type]
-    known.fills, known.filled_at = fills, list(filled_at)
+    known.stored.fills, known.stored.filled_at = fills, list(filled_at)
     return known
 
 
@@ -126,6 +129,20 @@ def test_missing_births_are_reported_only_if_needed(varied):
         assert some.without_births(("born",)) == [3, 4]
         assert every.without_births(order="dies desc") == [2, 3, 4, 5, 6]
         assert some.without_births() == []
+
+
+def test_what_is_stored_is_read_once(varied):
+    statements = []
+    with reading(varied) as connection:
+        event.listen(connection, "before_cursor_execute", lambda *said: statements.append(said[2]))
+        covered = Coverage(connection, Selection.from_criteria(a=1.6, p="3-9", born=(0.1, None)))
+        for each in (covered, covered.of(Selection(1.6)), covered):
+            assert each.gaps(order="born")
+            assert each.unfilled() is None or each.nothing()
+            assert each.complete("length")
+    read = Counter(re.findall(r"FROM (\w+)", statement)[0] for statement in statements)
+    assert read.keys() >= {"fill", "birth_fill"}
+    assert max(read.values()) == 1, read
 
 
 def test_unfinished_births_of_a_period_count_nothing(tmp_path, cli):
