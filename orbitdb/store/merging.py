@@ -52,8 +52,8 @@ class Choice(NamedTuple):
     spans: tuple[tuple[int, int], ...] = ()
 
     def of_a(self, column: str) -> str:
-        """Return a condition in SQL for a column with an a."""
-        return f"{column} IN ({', '.join(map(repr, self.a))})" if self.a else "1"
+        """Return a condition in SQL for a column with an a; the chosen values are in a temporary table."""
+        return f"{column} IN (SELECT a FROM temp.chosen)" if self.a else "1"
 
     def of_p(self, column: str) -> str:
         """Return a condition in SQL for a column with a period."""
@@ -138,6 +138,8 @@ class _Merge:
 
     def run(self) -> list[Merged]:
         with _temporary(self.ask):
+            for a in self.chosen.a:
+                self.ask("INSERT INTO temp.chosen VALUES (?)", (a,))
             self.classes()
             self.runs()
             for a, theirs, ours in self.stadiums():
@@ -400,14 +402,16 @@ class _Merge:
 
 @contextmanager
 def _temporary(ask: Callable[..., Any]) -> Iterator[None]:
-    """Make the tables that say which number of the part is which of the target, and remove them."""
-    for table in ("long", "ran"):
-        ask(f"CREATE TEMP TABLE {table} (part INTEGER PRIMARY KEY, own INTEGER NOT NULL)")
+    """Make tables of the chosen a, and of which number of the part is which of the target; remove them."""
+    numbers = "part INTEGER PRIMARY KEY, own INTEGER NOT NULL"
+    tables = {"long": numbers, "ran": numbers, "chosen": "a REAL"}
+    for name, contents in tables.items():
+        ask(f"CREATE TEMP TABLE {name} ({contents})")
     try:
         yield
     finally:
-        for table in ("long", "ran"):
-            ask(f"DROP TABLE temp.{table}")
+        for name in tables:
+            ask(f"DROP TABLE temp.{name}")
 
 
 _BOUNDED = (

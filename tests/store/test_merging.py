@@ -231,7 +231,7 @@ def test_a_part_of_a_catalogue_is_a_file(parts, tmp_path, cli):
     assert max(len(row[1]) for row in found["orbit"]) == 4
     assert found["birth_fill"] == content(whole)["birth_fill"][:3]
     assert not any(found[table] for table in ("level", "trajectory", "entropy_bound", "sweep"))
-    Catalogue(whole).copy(tmp_path / "at-1.db", a=1.0)
+    Catalogue(whole).copy(tmp_path / "at-1.db", a=[1.0, 3.3])
     assert content(tmp_path / "at-1.db")["level"] == content(whole)["level"]
     before = content(whole)
     assert Catalogue(whole).merge([part, tmp_path / "at-1.db"]) == []
