@@ -54,6 +54,8 @@ _FITTED = 5000
 """Number of the last level beyond which no other radius is tried: too many scales fit one after another."""
 _MOST_NOISE, _MUCH_NOISE = 0.5, 0.1
 """Largest scatter of levels, in mean spacings, and the scatter from which on a wrong radius may be missed."""
+_MANY_MISSING = 0.15
+"""Share of missing levels above which a list may not belong to the stadium."""
 _LARGEST_ERROR = 0.005
 """Largest relative error of a radius."""
 
@@ -187,6 +189,8 @@ def _doubts(assessment: Assessment, noise: float) -> list[str]:
             f"the {lowest} lowest levels are missing: if the list is meant to begin higher up, "
             "'orbitdb assess FILE --window' (in Python window=True) tells where"
         )
+    if assessment.window and (assessment.missing_share or 0.0) > _MANY_MISSING:
+        notes.append("so many levels are missing that a list from another stadium might fit as well")
     if assessment.window and assessment.crowded and not assessment.short:
         notes.append(
             f"so high up, a radius that is wrong by 0.05 % can pass unnoticed, and shifts the numbers by "
@@ -226,8 +230,8 @@ def hints(connection: Connection, found: Assessment, orbits: Staircase, k: Float
     stadium, of, window = Stadium(found.a), found.parity, found.window
     if found.at_limit:
         said = ["the fit of the radius failed: the radius is off by more than half a per cent"]
-    elif weyl(stadium, of)(k[-1]) > _FITTED:
-        said = ["another radius cannot be ruled out: so high up, too many radii fit"]
+    elif found.crowded or weyl(stadium, of)(k[-1]) > _FITTED:
+        return ["so high up, too many radii fit to find the right one: check the radius, the parity and a"]
     elif found.scale == 1:
         said = _other_scales(compare(part, orbits, stadium, of, window))
     else:

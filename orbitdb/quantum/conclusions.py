@@ -20,10 +20,10 @@ from orbitdb.quantum.judging import Judgement
 from orbitdb.quantum.level_paths import BACK, CROWDED
 
 _CERTAIN = 0.9
-_TEMPER, _LESS = 0.75, 2.5
+_TEMPER, _LESS = 0.75, 4.0
 """Power of the probabilities of gaps: those of the model are a little too certain. Those of the first number
-of a crowded list have a power less than 1 by the second number times the rate of missing levels, because the
-search is less exact there. tests/benchmarks/bench_levels.py shows what they are without."""
+of a crowded list have the power 1 less the second number times the rates of missing and of spurious levels,
+at least half, because the search is less exact there. See tests/benchmarks/bench_levels.py."""
 _MOST, _MOST_MIXED = 0.999, 0.98
 """Largest probability that is stated, because 300 paths tell no more; and for gaps in lists of all parities,
 because in tests the model was surer of 123 such gaps and right about 113."""
@@ -130,7 +130,7 @@ class _Paths:
         steps, drawn = judged.steps, judged.posterior.drawn
         missing = steps.missing.astype(np.int32)[drawn]
         self.k, self.spurious, self.missing = judged.compared.k, missing < 0, np.maximum(missing, 0)
-        self.low = steps.low[drawn]
+        self.drawn, self.low = drawn, steps.low
         net = judged.posterior.first + np.cumsum(missing, axis=0, dtype=np.int32)
         place = np.arange(1, len(self.k) + 1, dtype=np.int32)[:, None]
         self.number = np.where(self.spurious, 0, place + net)
@@ -148,7 +148,7 @@ class _Paths:
         The paths must have the same number of missing levels there.
         """
         m = self.missing[rows, paths].T.ravel()
-        below = self.low[rows, paths].T.ravel()
+        below = self.low[self.drawn[rows, paths]].T.ravel()
         above = np.tile(self.k[rows], len(paths))
         j = np.arange(m.sum()) - np.repeat(np.cumsum(m) - m, m) + 1
         found = np.repeat(below, m) + np.repeat((above - below) / (m + 1), m) * j
@@ -233,7 +233,7 @@ def _power(judged: Judgement) -> float:
     """Return the power of the probabilities of the first number."""
     if judged.compared.crowded[0] < CROWDED:
         return 1.0
-    return max(1 - _LESS * judged.rates.missing, _TEMPER)
+    return max(1 - _LESS * (judged.rates.missing + judged.rates.spurious), 0.5)
 
 
 def _tempered(counts: "Counter[_Value]", most: float, power: float = _TEMPER) -> dict[_Value, float]:

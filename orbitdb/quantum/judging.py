@@ -13,26 +13,23 @@ from orbitdb.quantum.staircase_errors import deviations
 
 FITS = 1.0
 """Largest misfit of a list that fits the stadium."""
-_SHORTFALL, _SHORTFALL_MIXED, _SHORTFALL_CROWDED = 1.0, 1.6, 2.5
-"""Shortfall of ln P for each grid point, of one parity and of all mixed, at which the misfit is 1. In tests,
-lists of one parity with 25 to 200 levels, up to a third of them missing, fell short by up to 0.9, and with 50
-levels or more, lists with another a or parity or a radius wrong by 0.1 % by more than 1, with few exceptions.
-Mixed lists fell short by up to 1.8, and wrong ones by 1 or more. In crowded lists, the third number over the
-root of the number of points. tests/benchmarks/bench_levels.py measures them."""
+_SHORTFALL, _SHORTFALL_MIXED, _SHORTFALL_CROWDED = 0.65, 1.6, 3.2
+"""Shortfall of ln P for each grid point at which the misfit is 1: of lists of one parity, of all, and of
+crowded lists, here over the root of the number of points. See tests/benchmarks/bench_levels.py."""
 _EXPLAINED, _FREQUENT = 0.85, 0.22
-"""In a list that is not crowded, missing levels that are as frequent as the second number explain this share
-of the shortfall of a list that does not fit, so that the limit is lower."""
+"""Missing levels that are as frequent as the second number explain this share of the shortfall of a list that
+does not fit, unless it is crowded; the limit is lower by it."""
 _TYPICAL = 0.7
 """Variance of the deviations of lists that fit."""
 PATHS = 300
 """Number of paths that are drawn."""
 _PASSES = 3
-_RARE, _RARE_CROWDED = 0.003, 0.01
-"""Least rate of missing and of spurious levels of the first pass; in a crowded list, pairs do not show."""
+_RARE = 0.003
+"""Least rate of missing and of spurious levels of the first pass."""
 _BEAM, _WIDE_BEAM = Beam(18.0, 300), Beam(120.0, 3000)
-_LEAST_TAU2, _WIDER_FROM = 1.5, 0.6
-"""Least variance of the deviations, and the misfit from which the beam is widened: a lost path is the main
-cause of false certainty."""
+_LEAST_TAU2, _WIDER_FROM, _HOPELESS = 1.5, 0.6, 2.0
+"""Least variance of the deviations, and the misfits between which the beam is widened: a lost path is the
+main cause of false certainty."""
 _LONG = 3000
 """Number of levels of a list beyond which the search makes one pass and keeps fewer paths."""
 _LONG_BEAM = Beam(12.0, 100)
@@ -66,11 +63,11 @@ def judge(compared: Comparison) -> Judgement:
     rates = _first_rates(compared)
     judged = _once(compared, rates, _BEAM)
     beam = _BEAM
-    if judged.misfit > _WIDER_FROM:
+    if _WIDER_FROM < judged.misfit < _HOPELESS:
         beam = _WIDE_BEAM
         judged = _once(compared, rates, beam)
     misfit = judged.misfit
-    if misfit > _WIDER_FROM:
+    if _WIDER_FROM < misfit < _HOPELESS:
         # it is now known where the places of missing levels are uncertain; new rates would explain anything
         judged = _once(compared, rates, beam, judged)
         misfit = min(misfit, judged.misfit)
@@ -88,9 +85,8 @@ def _first_rates(compared: Comparison) -> Rates:
     """Return rates that explain by how much the difference rises or falls along the list."""
     n, d = len(compared.k), compared.difference
     rise = float(np.median(d[-4:-1]) - (np.median(d[1:4]) if compared.window else 0.0))
-    rare = _RARE if compared.crowded[0] < CROWDED else _RARE_CROWDED
     missing, spurious = (max(rise, 0.0) + 1) / (n + max(rise, 0.0) + 1), max(-rise, 0.0) / n
-    return Rates(min(max(missing, rare), 0.3), min(max(spurious, rare), 0.1), 1.5)
+    return Rates(min(max(missing, _RARE), 0.3), min(max(spurious, _RARE), 0.1), 1.5)
 
 
 def _judge_long(compared: Comparison) -> Judgement:
@@ -139,12 +135,10 @@ def _misfit(
     expected -= points * (math.log(data.tau2) + _TYPICAL / data.tau2) / 2
     told = entropy - posterior.entropy  # information that the difference gives about the numbers missing
     shortfall = (expected + float(of_spacings.sum()) - log_evidence - told) / points
+    if compared.crowded[0] > CROWDED:
+        return max(0.0, shortfall) / min(_SHORTFALL_CROWDED / math.sqrt(points), 1.0)
     limit = _SHORTFALL_MIXED if compared.error.mixed else _SHORTFALL
-    if compared.crowded[0] <= CROWDED:
-        limit *= 1 - _EXPLAINED * min(rates.missing / _FREQUENT, 1.0)
-    else:
-        limit *= min(_SHORTFALL_CROWDED / math.sqrt(points), 1.0)
-    return max(0.0, shortfall) / limit
+    return max(0.0, shortfall) / (limit * (1 - _EXPLAINED * min(rates.missing / _FREQUENT, 1.0)))
 
 
 def _close(one: Rates, other: Rates) -> bool:

@@ -124,9 +124,9 @@ class Edges(NamedTuple):
     `alpha` has ln P of each later state, `score` that of each step.
     """
 
-    child: Integers
-    parent: Integers
-    step: Integers
+    child: NDArray[np.int32]
+    parent: NDArray[np.int32]
+    step: NDArray[np.int32]
     score: Floats
     alpha: Floats
 
@@ -275,7 +275,9 @@ def _kept(
         step, child = step[mine], place[child[mine]]
         starts, one, alpha, rank = starts[kept], one[kept], alpha[kept], rank[kept]
     after = _States(states.net[one], states.back[one], alpha, rank, added[order[starts]], low)
-    return after, Edges(child, parent[step], row[step], states.alpha[step], alpha)
+    small = np.int32  # there are many edges
+    kept_step, kept_parent = row[step].astype(small), parent[step].astype(small)
+    return after, Edges(child.astype(small), kept_parent, kept_step, states.alpha[step], alpha)
 
 
 def _key(added: Floats, net: Integers, back: Integers, mixing: Floats, fine: Detail) -> Floats:

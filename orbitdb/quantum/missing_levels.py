@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 _LEAST_ERROR = 0.1
 """Least error that is stated for the number of missing levels, and the step to which it is rounded up."""
+_MOST_PAIRED = 0.5
+"""Largest share of the spurious levels that are taken to be in pairs."""
 _SURE = 0.9
 """Probability below which a first number is not certain."""
 _TWINS, _FEW, _MANY, _MOST_OF = 0.02, 3, 5, 0.6
@@ -262,7 +264,8 @@ def assess(
         judged, scale, error, at_limit = judge(compared), 1.0, 0.0, False
     found = conclude(judged)
     levels, net = judged.compared.k, found.missing - found.spurious
-    resolved = math.ceil(2 * float(judged.compared.crowded[len(k) // 2]))
+    crowded = float(judged.compared.crowded[len(k) // 2])
+    resolved, pairs = math.ceil(2 * crowded), hidden_pairs(found.missing, found.spurious, len(k), crowded)
     return Assessment(
         a=stadium.a,
         parity=parity,
@@ -272,9 +275,9 @@ def assess(
         excess=judged.compared.excess(levels),
         gaps=found.gaps if len(k) >= resolved else [],
         places=found.places,
-        missing=float(found.missing.mean()),
-        missing_error=float(found.missing.std()),
-        spurious_error=float(found.spurious.std()),
+        missing=float(found.missing.mean()) + pairs,
+        missing_error=math.hypot(float(found.missing.std()), math.sqrt(pairs)),
+        spurious_error=math.hypot(float(found.spurious.std()), math.sqrt(pairs)),
         net=float(net.mean()),
         net_error=float(net.std()),
         resolved=resolved,
@@ -287,6 +290,16 @@ def assess(
         at_limit=at_limit,
         window=window,
     )
+
+
+def hidden_pairs(missing: Integers, spurious: Integers, levels: int, crowded: float) -> float:
+    """Return the expected number of pairs, one missing level and one spurious, that the orbits do not show.
+
+    A spurious level is in such a pair if a level is missing among those within the resolution of the orbits,
+    `crowded` of them; the numbers found on the paths are without pairs.
+    """
+    paired = min(float(missing.mean()) / levels * crowded, _MOST_PAIRED)
+    return float(spurious.mean()) * paired / (1 - paired)
 
 
 def compare(

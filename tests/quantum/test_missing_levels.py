@@ -6,6 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from contents import answer
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import eigs
 from there import there
 
 from orbitdb import Catalogue, InputError
@@ -314,3 +316,40 @@ def test_too_few_periods_are_refused(tmp_path):
         own.levels(method="orbits")
     with pytest.raises(InputError, match="half length from"):
         answer(own.path, levels_from_orbits, 50.0)
+
+
+def five_point(a, h, count):
+    """Return levels oo from the five-point Laplacian, with unequal arms at the arc (Shortley and Weller)."""
+    inside = {
+        (i, j)
+        for i in range(1, math.ceil((a + 1) / h) + 1)
+        for j in range(1, round(1 / h))
+        if i * h <= a or (i * h - a) ** 2 + (j * h) ** 2 < 1 - 1e-12
+    }
+    index = {point: n for n, point in enumerate(sorted(inside))}
+    entries = []
+    for (i, j), n in index.items():
+        x, y = i * h, j * h
+        east = h if (i + 1, j) in index else a + math.sqrt(1 - y * y) - x
+        north = h if (i, j + 1) in index else math.sqrt(1 - max(x - a, 0.0) ** 2) - y
+        for arm, (di, dj) in ((east, (1, 0)), (north, (0, 1))):
+            entries.append((n, n, 2 / (h * arm)))
+            for own, other, sign in ((arm, h, 1), (h, arm, -1)):
+                neighbour = index.get((i + sign * di, j + sign * dj))
+                if neighbour is not None:
+                    entries.append((n, neighbour, -2 / (own * (own + other))))
+    rows, columns, values = zip(*entries, strict=True)
+    matrix = csc_matrix((values, (rows, columns)))
+    return np.sort(np.sqrt(eigs(matrix, count, sigma=0, return_eigenvectors=False).real))
+
+
+@pytest.mark.slow
+def test_levels_of_finite_differences_are_too_low_by_a_known_amount_and_recognised(catalogue, exact):
+    h = 1 / 25
+    k = five_point(1.6, h, len(exact))
+    off = (k - exact) / (-(exact**3) * h**2 / 32)
+    assert off[5:].mean() == pytest.approx(1, abs=0.08)
+    found = catalogue.assess(k, parity="oo")
+    assert not found.fits
+    (hint,) = found.notes
+    assert hint.startswith("finite differences with h = 0.04? ")
