@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from orbitdb.cli.grids import ALL, GivenValues, curvatures, half_length, half_lengths
-from orbitdb.cli.output import ON_SCREEN, be_quiet
+from orbitdb.cli.output import ON_SCREEN, be_quiet, last_notes
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path, home_expanded
 from orbitdb.text import format_float, parse_int, real
@@ -40,7 +40,8 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
         be_quiet(quiet)
         for name, kind in groups.items():
             given[name] = kind(**{field.name: given.pop(field.name) for field in fields(kind)})
-        command(**given)
+        with last_notes():
+            command(**given)
 
     run.__signature__ = Signature(shown)  # type: ignore[attr-defined]  # Typer reads it
     return run

@@ -7,7 +7,7 @@ import re
 import shutil
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR
 from enum import StrEnum
@@ -84,6 +84,31 @@ def note(message: str, *, always: bool = False) -> None:
         return
     with aside(), suppress(OSError):
         print(line(completed(message)), file=sys.stderr)
+
+
+_at_the_end: list[str] = []
+"""Notes on the a that was chosen, to be written when the command ends."""
+
+
+def note_at_the_end(message: str) -> None:
+    """Write a message when the command ends, also with --quiet, but not beside the line of an error."""
+    _at_the_end.append(message)
+
+
+@contextmanager
+def last_notes() -> Iterator[None]:
+    """Write the notes for the end of a command after a block, unless it fails."""
+    _at_the_end.clear()
+    try:
+        yield
+    except typer.Exit:
+        raise
+    except Exception:
+        _at_the_end.clear()
+        raise
+    finally:
+        for message in dict.fromkeys(_at_the_end):
+            note(message, always=True)
 
 
 def notes(messages: Iterable[str]) -> None:

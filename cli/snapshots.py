@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli.grids import Asked, GivenValues, many_a, named
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import note, progress, repeats
+from orbitdb.cli.output import note, note_at_the_end, progress, repeats
 from orbitdb.columns import COMPUTED, IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.paths import default_path
@@ -130,9 +130,7 @@ def snapshot(
     chosen = choice.at(values[0] if values else USUAL_A, usual, code)  # reports wrong options first
     catalogue = Catalogue(db)
     with catalogue.snapshot() as then:
-        each, said = _values(then, asked)
-        with _then_saying(said):
-            yield then, tuple(replace(chosen, a=a) for a in each)
+        yield then, tuple(replace(chosen, a=a) for a in _values(then, asked))
 
 
 @contextmanager
@@ -152,42 +150,28 @@ def solving(db: Path, asked: Asked) -> "Iterator[tuple[Catalogue, tuple[float, .
 
     catalogue = Catalogue(db, missing_ok=named(asked) is not None or not asked)
     with catalogue.snapshot() as then:
-        values, said = _values(then, asked)
+        values = _values(then, asked)
         if then.missing and db != default_path():
             note(f"no catalogue at {db}: solved on the spot")
-        with _then_saying(said):
-            yield then, values
+        yield then, values
 
 
 def given_a(db: Path, asked: Asked) -> tuple[float, ...]:
-    """Return the given values of a, or else the default one of a catalogue, which need not exist; note it."""
+    """Return the given values of a, or else the default one of a catalogue, which need not exist."""
     from orbitdb.catalogue import Catalogue
 
-    values, said = _values(Catalogue(db, missing_ok=True), asked)
-    with _then_saying(said):
-        return values
+    return _values(Catalogue(db, missing_ok=True), asked)
 
 
-def _values(catalogue: "Catalogue", asked: Asked) -> tuple[tuple[float, ...], str | None]:
-    """Return the given values of a, every one with orbits or sweeps, or the default one, and a note on it."""
+def _values(catalogue: "Catalogue", asked: Asked) -> tuple[float, ...]:
+    """Return the given values of a, every one with orbits or sweeps, or the default one, with a note."""
     if (values := named(asked)) is not None:
-        return values, None
+        return values
     if asked:
-        return tuple(catalogue.a_values(orbits=True)) or (catalogue.a,), None
-    return (catalogue.a,), catalogue.note_on_a
-
-
-@contextmanager
-def _then_saying(said: str | None) -> Iterator[None]:
-    """Write a note after a block, unless the block fails: the line of an error stands alone."""
-    try:
-        yield
-    except (InputError, StoreError, OSError):
-        said = None
-        raise
-    finally:
-        if said is not None:
-            note(said, always=True)
+        return tuple(catalogue.a_values(orbits=True)) or (catalogue.a,)
+    if (said := catalogue.note_on_a) is not None:
+        note_at_the_end(said)
+    return (catalogue.a,)
 
 
 def storable(catalogue: "Catalogue", store: bool | None) -> bool:

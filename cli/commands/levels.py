@@ -78,8 +78,9 @@ def _from_elements(
     from orbitdb.quantum.weyl import parities_of
 
     low, high = read_range("--k", k)
+    parities = parities_of(parity)
     (at,) = given_a(db, a)
-    for one in parities_of(parity):
+    for one in parities:
         list(windows(Stadium(at), one, low, high))  # a refused range must leave no file
     catalogue = Catalogue(db, at, missing_ok=True)
     keeps = storable(catalogue, store)
