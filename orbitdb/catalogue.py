@@ -188,7 +188,7 @@ class Catalogue:
         Examples
         --------
         >>> with catalogue.snapshot() as then:
-        ...     then.count(p=5) == then.table(p=5)["N_t"][0]
+        ...     then.count(p=5) == then.table(p=5)["N_c"][0]
         True
         """
         if isinstance(self._store, Moment):

@@ -25,7 +25,7 @@ def test_a_snapshot_does_not_see_what_another_process_writes(catalogue):
             assert then.find("13", a=2.5) is None
         assert (len(then), then.a_values(), then.contents(1.6)) == before
         assert len([*then.rows(columns=("code",))]) == before[0]
-        assert then.table(p=8)["N_t"] == [then.count(p=8)] != [0]
+        assert then.table(p=8)["N_c"] == [then.count(p=8)] != [0]
         assert catalogue.a_values() == [1.6, 2.5]
         assert catalogue.count(p=8) == 0
     assert catalogue.a_values() == [1.6, 2.5]
