@@ -307,8 +307,22 @@ def gallery() -> str:
         block = "\n".join(
             ["<!-- not run: the picture above is compared -->", "```sh", *commands(name), "```"]
         )
-        shown.append(f"![{name.removesuffix('.svg')}]({name})\n\n{block}")
+        shown.append(f"![{name.removesuffix('.svg')}]({name})\n\n{_caption(name)}\n\n{block}")
     return "\n\n".join(shown)
+
+
+def _caption(name: str) -> str:
+    """Return what a picture of the gallery shows, as the help of ``orbitdb plot`` says it."""
+    from pictures import commands
+
+    from orbitdb.plots.registry import FIGURES, plain_name
+
+    drawn = commands(name)[-1].split()
+    kind = plain_name(drawn[drawn.index("plot") + 1]) if "plot" in drawn else ""
+    shows = next(
+        (figure.shows for figure in FIGURES if figure.name == kind and figure.shows), "run time against error"
+    )
+    return f"**{kind or 'bench'}**: {_plain(shows.rstrip('.'))}."
 
 
 _SPECIAL = ("__contains__", "__getitem__", "__iter__", "__len__")

@@ -215,7 +215,7 @@ class MainScreen(OwnScreen[None]):
             self._read_anew()
 
     def _read_anew(self) -> None:
-        self.notify("deleted meanwhile, by another process: the file is read anew")
+        self.notify("another process deleted these rows; the file has been reloaded")
         self.side.clear(self.choices.selection.a)
         self.rows.forget()
         self.action_look_again()

@@ -124,7 +124,7 @@ def test_the_gallery_has_every_figure_with_its_command():
     from orbitdb.plots.registry import NAMES
 
     page = (pages.ROOT / "docs/gallery.md").read_text(encoding="utf-8")
-    shown = re.findall(r"(?ms)^!\[[^]]*\]\((\S+)\)\n\n<!--[^>]*-->\n```sh\n(.+?)```$", page)
+    shown = re.findall(r"(?ms)^!\[[^]]*\]\((\S+)\)\n\n\*\*.+?\n\n<!--[^>]*-->\n```sh\n(.+?)```$", page)
     assert len(shown) == page.count("![")
     assert all((pages.ROOT / "docs" / picture).exists() for picture, _ in shown)
     drawn = [re.findall(r"(?m)^orbitdb plot (\S+) .*-o figure.svg$", commands) for _, commands in shown]

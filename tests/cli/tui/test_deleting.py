@@ -25,7 +25,7 @@ async def test_a_row_that_another_process_deleted_is_no_end(path, cli):
         before = len(table_of(app).source)
         assert cli("delete", "--db", str(path), "--a", "1.6", "--p", "8", "--yes").code == 0
         await press(pilot, "G")
-        assert sum("deleted meanwhile" in note for note in notes(app)) == 1
+        assert sum("another process deleted" in note for note in notes(app)) == 1
         rows = Catalogue(path).count(Selection())
         assert len(table_of(app).source) == rows < before
         await press(pilot, "G")
@@ -43,7 +43,7 @@ async def test_the_screen_notices_a_deletion_by_itself(path, cli):
         assert cli("delete", "--db", str(path), "--a", "1.6", "--yes").code == 0
         app.screen.look_for_changes()  # as it does every few seconds
         await settle(pilot)
-        assert sum("deleted meanwhile" in note for note in notes(app)) == 1
+        assert sum("another process deleted" in note for note in notes(app)) == 1
         assert len(table_of(app).source) == 0
         assert "fill the catalogue" in shown(app)
 
