@@ -23,7 +23,7 @@ def with_levels(catalogue):
 HELD = {
     "Subset": lambda c: c.select(p="2-4", status="orbit"),
     "Result": lambda c: c.table(),
-    "Spectrum": lambda c: c.spectrum((4, 9), points=20),
+    "Spectrum": lambda c: c.spectrum((4, 9), resolution=20),
     "Levels": lambda c: with_levels(c).levels(parity="ee"),
     "OrbitClasses": lambda c: c.classes(p="2-4"),
     "Fill": lambda c: c.fill("3-3")[-1],

@@ -29,9 +29,9 @@ def test_missing_levels_are_steps_at_integers_and_their_gaps_are_shaded(filled_o
 
 
 @pytest.mark.slow
-def test_a_list_that_does_not_begin_with_the_lowest_level_is_drawn_as_a_window(filled_once, exact_once):
+def test_a_window_is_drawn_from_its_first_level(filled_once, exact_once):
     k = exact_once[exact_once > 13]
-    ax = assess.assess(Catalogue(filled_once), Selection(1.6), k, Parity.OO).axes[0]
+    ax = assess.assess(Catalogue(filled_once), Selection(1.6), k, Parity.OO, window=True).axes[0]
     (points,) = [line for line in ax.lines if str(line.get_label()).startswith("$N")]
     drawn, excess = np.array(points.get_data(), dtype=float)
     assert set(drawn) <= set(k.tolist())
