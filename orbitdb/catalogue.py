@@ -101,7 +101,7 @@ class Catalogue:
     >>> catalogue
     <Catalogue orbits.db: periods 2-11 at a = 1.6>
     >>> round(catalogue["1232131"].length, 9), "1232131" in catalogue, len(catalogue)
-    (22.454362411, True, 89789)
+    (22.454362411, True, 47157)
     >>> print(catalogue.select(p="2-11", status="orbit", lambda_c=(None, 0.35)))
     <74 orbits of period 2 to 11 at a = 1.6 with lambda_c <= 0.35>
 
@@ -470,11 +470,11 @@ class Catalogue:
             return certificate_of(connection, orbit.representative, orbit.a)
 
     def __iter__(self) -> Iterator[str]:
-        """Yield the stored words, as least rotations, in order of period."""
+        """Yield the words of the stored orbits, as least rotations, in order of period."""
         return (word for (word,) in self.rows(columns=("code",)))
 
     def __len__(self) -> int:
-        """Return the number of stored words, not counting geometrically pruned ones."""
+        """Return the number of stored orbits."""
         return self.count()
 
     def __bool__(self) -> bool:

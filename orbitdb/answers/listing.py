@@ -60,7 +60,7 @@ class Listing:
     --------
     >>> listing = catalogue.rows(p="2-11", order="length", limit=2, columns=("code", "length"))
     >>> [code for code, _ in listing], listing.total
-    (['13', '013'], 89789)
+    (['13', '013'], 47157)
     >>> listing.complete[0].partition(";")[0]
     'complete, by proof, up to length 11.53'
     """
