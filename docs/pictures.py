@@ -102,6 +102,30 @@ def deviations(folder: Path) -> str:
     return (folder / "figure.svg").read_text(encoding="utf-8")
 
 
+def symbols(folder: Path) -> str:
+    """Draw two orbits, mirror images of each other, which together have all six symbols."""
+    from orbitdb import Stadium, solve_word
+    from orbitdb.plots.paths import draw_orbit
+    from orbitdb.plots.style import GREY, SMALL, figure, save
+
+    with figure(7.2, 2.4) as made:
+        panels = zip(made.subplots(1, 2), ("033211", "044255"), ("up", "down"), "14", "35", strict=True)
+        for ax, word, way, left, right in panels:
+            orbit = solve_word(word, 1.6)
+            assert orbit.points is not None
+            draw_orbit(ax, Stadium(orbit.a), orbit.points, word)
+            ax.set(title=f"{word}: runs go {way}", xlabel="", ylabel="", xticks=[], yticks=[])
+            for x, y, text in (
+                (0, 1.25, "2: top wall"),
+                (0, -1.25, "0: bottom wall"),
+                (-1.5, 0, f"{left}: left,\n{way}"),
+                (1.6, 0, f"{right}: right,\n{way}"),
+            ):
+                ax.text(x, y, text, ha="center", va="center", color=GREY, fontsize=SMALL)
+    save(made, folder / "figure.svg", "svg", "the six symbols of words")
+    return (folder / "figure.svg").read_text(encoding="utf-8")
+
+
 @dataclass(frozen=True)
 class Figure:
     """A figure drawn by a command that ends with ``-o``, after other commands."""
@@ -182,6 +206,7 @@ def entropy_width(folder: Path) -> str:
 
 
 DRAWN: dict[str, Callable[[Path], str]] = {
+    "symbols.svg": symbols,
     "orbit.svg": Figure("orbitdb plot orbit 1232131 --a 1.2 -o"),
     "browse.svg": _screen(),
     "whole-orbit.svg": _screen("enter"),
