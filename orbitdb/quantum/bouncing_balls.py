@@ -29,12 +29,14 @@ _FLAT, _CURVED = 6.0, 9.0
 def edges(count: int) -> Complexes:
     """Return the corrections E_1, E_2, ..., shape (count,), for the end of the family at a joint.
 
-    Notes ----- With s = -r exp(i pi/4) on the straight side and s = r exp(-i pi/4) on the curved one, the
-    kernel of a step decays: it is exp(-(r - r')^2 / 4), exp(-(r + r')^2 / 4) and exp(-(r^2 + r'^2) / 4 + i r
-    r' / 2) between two points of the straight side, of the curved one, and one of each, over sqrt(4 pi). The
-    trace over straight distances up to R exceeds that of the family, R / sqrt(4 pi j), by E_j and by the
-    effect of the end at R, -1/(2 pi j) sum of sqrt((j - m) / m) over m < j, by Kac's and Spitzer's identity
-    for the largest of j partial sums that return to 0.
+    Notes
+    -----
+    With s = -r exp(i pi/4) on the straight side and s = r exp(-i pi/4) on the curved one, the kernel of a
+    step decays: it is exp(-(r - r')^2 / 4), exp(-(r + r')^2 / 4) and exp(-(r^2 + r'^2) / 4 + i r r' / 2)
+    between two points of the straight side, of the curved one, and one of each, over sqrt(4 pi). The trace
+    over straight distances up to R exceeds that of the family, R / sqrt(4 pi j), by E_j and by the effect of
+    the end at R, -1/(2 pi j) sum of sqrt((j - m) / m) over m < j, by Kac's and Spitzer's identity for the
+    largest of j partial sums that return to 0.
     """
     far = _FLAT * (math.sqrt(count) + 1)
     flat, weight = _nodes(far)

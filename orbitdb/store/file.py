@@ -239,7 +239,7 @@ def open_to_read(path: Path) -> Driver:
     try:
         return _reader(path, alone)
     except sqlite3.OperationalError as error:
-        if alone or error.sqlite_errorcode & 0xFF not in _NO_ROOM or journal_size(path):
+        if alone or getattr(error, "sqlite_errorcode", 0) & 0xFF not in _NO_ROOM or journal_size(path):
             raise
     return _reader(path, True)  # there is no room for the index of the journal
 

@@ -3,11 +3,12 @@
 import logging
 import os
 import sqlite3
+import sys
 import time
 import weakref
 from array import array
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import cache, lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,6 +31,9 @@ from orbitdb.symbols.words import (
     parse_primitive,
 )
 from orbitdb.text import gigabytes
+
+if sys.platform != "win32":
+    import resource  # at once: at its limit, a process can import nothing
 
 __all__ = ["ClosedError", "Connection"]  # of SQLAlchemy, for all that ask the store
 
@@ -154,7 +158,7 @@ def waiting(ask: Callable[[], object], path: Path) -> None:
             ask()
             return
         except sqlite3.OperationalError as error:
-            if error.sqlite_errorcode != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
+            if _code_of(error) != sqlite3.SQLITE_BUSY or time.monotonic() >= deadline:
                 raise
         if time.monotonic() >= deadline - (_TURNS - 1) * BUSY_TIMEOUT:
             _say_waiting(path)
@@ -327,13 +331,13 @@ def read_only(path: Path) -> StoreError:
 
 def _of_limits(path: Path, code: int | None) -> str | None:
     """Return what else keeps this process from opening or writing a file: a limit of the shell; or None."""
-    if os.name != "posix":
+    if sys.platform == "win32":
         return None
-    import resource
-
     if code == sqlite3.SQLITE_CANTOPEN:
         try:
-            os.close(os.open(os.devnull, os.O_RDONLY))
+            with ExitStack() as stack:
+                for _ in range(4):  # the file, its journal, the index of that, the folder
+                    stack.callback(os.close, os.open(os.devnull, os.O_RDONLY))
         except OSError:
             most, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
             return (

@@ -210,6 +210,15 @@ def test_damage_is_not_the_fault_of_an_expression(filled, cli, question):
     assert "remove" not in cli(*question).err  # the journal is this reader's own, and empty
 
 
+def test_damaged_text_of_the_schema_is_told_like_any_other(filled, cli):
+    """The driver's own errors, of texts that are no UTF-8, have no code of SQLite."""
+    data = bytearray(filled.read_bytes())
+    data[data.index(b"'1,1,-1,-1'") + len("'1,1,")] ^= 0x80
+    filled.write_bytes(data)
+    for command in ("table", "fill --p 3"):
+        assert cli(*command.split()).says(3, f"{filled} is damaged: restore a copy, or move it away")
+
+
 def test_damage_in_a_snapshot_is_told_like_any_other(filled):
     damaged_orbits(filled)
     with Catalogue(filled, a=1.6).snapshot() as then:

@@ -113,6 +113,15 @@ def test_a_process_without_a_free_descriptor_says_so(filled):
     assert done.stdout == f"{filled} cannot be opened: {said}\n", done.stderr
 
 
+@pytest.mark.parametrize("most", [5, 6])
+def test_a_command_with_few_descriptors_says_so(filled, most):
+    table = f"'{sys.executable}' -P -m orbitdb fill --p 4 --db '{filled}'"
+    ended = subprocess.run(["bash", "-c", f"ulimit -n {most}; exec {table}"], capture_output=True, text=True)
+    assert ended.returncode == 3, ended.stderr
+    assert f"has {most} open files, all that 'ulimit -n' allows" in ended.stderr.splitlines()[-1]
+    assert "Traceback" not in ended.stderr
+
+
 def test_a_limit_of_the_size_of_files_is_named(filled):
     before = Catalogue(filled, a=1.6).count()
     fill = f"'{sys.executable}' -P -m orbitdb fill --p 10 --a 1 --jobs 1 --db '{filled}'"
