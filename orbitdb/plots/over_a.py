@@ -102,7 +102,9 @@ def births(catalogue: "Catalogue", chosen: Selection) -> Picture:
             places = changes[p][0][changes[p][0] > 0]
             below.stairs(np.histogram(places, edges)[0] / len(places), edges, color=colour, linestyle=style)
             if _gapless(changes, p):
-                middle.plot(a, _entropies(changes, p, a), style, color=colour)
+                values = _entropies(changes, p, a)
+                middle.plot(a, values, style, color=colour)
+                _mark_ends(middle, a, values, colour)
         draw_limit(middle)
         above.set(ylabel=r"$N_c(p; a)\,/\,N_t(p)$", ylim=(0, 1.03))
         middle.set(ylabel="entropy $h(p; a)$")
@@ -138,6 +140,16 @@ def _entropies(changes: Changes, highest: int, a: Floats) -> Floats:
     for p in range(2, highest + 1):
         counts[:, p] = _orbits(changes, p, a)
     return np.array([entropy_of_counts(row).h_zeta[-1] for row in counts])
+
+
+def _mark_ends(ax: Axes, a: Floats, values: Floats, colour: str) -> None:
+    """Mark with dots where a curve of the entropy ends inside the figure, also at gaps, and say why."""
+    known = np.isfinite(values)
+    ends = np.flatnonzero(known & ~(np.append(True, known[:-1]) & np.append(known[1:], True)))
+    if len(ends):
+        ax.plot(
+            a[ends], values[ends], "o", color=colour, markersize=3, label="no estimate beyond: too few orbits"
+        )
 
 
 def draw_limit(ax: Axes) -> float:
@@ -181,7 +193,7 @@ def entropy_over_a(catalogue: "Catalogue", *chosen: Selection, grid: Sequence[fl
             places = np.geomspace(first, last, PLACES_OF_BOUNDS)
             values = _entropies(changes, p, places)
             ax.plot(places, values, color=BLUE, linewidth=1, label=f"$h({p}; a)$, from births (not proved)")
-            _mark_end(ax, places, values, p)
+            _mark_ends(ax, places, values, BLUE)
             heights += values[np.isfinite(values)].tolist()
         low = min(heights) - 0.02
         beyond = [each.a for each in bounds if each.lower < low]  # the bound 0, which needs no proof
@@ -200,26 +212,15 @@ def draw_bounds(ax: Axes, bounds: Sequence["EntropyBounds"]) -> None:
     look: dict[str, Any] = {"fmt": "o", "color": PURPLE, "capsize": 3, "linewidth": 1.2}
     if len(bounds) > _FEW:
         ax.fill_between(
-            a, lower, upper, color=PURPLE, alpha=0.35, linewidth=0, label="between the bounds (not proved)"
+            a, lower, upper, color=PURPLE, alpha=0.35, linewidth=0, label="interpolated bounds (not proved)"
         )
-        ax.errorbar(a, middle, half, markersize=0, label="proved bounds", **look)
+        ax.errorbar(a, middle, half, markersize=0, label="proved bounds, at single $a$", **look)
         return
     for number, proved in enumerate(bounds):
         low, high = outward(proved.lower, ROUND_FLOOR, _PLACES), outward(proved.upper, ROUND_CEILING, _PLACES)
         label = f"proved at $a = {format_float(proved.a)}$: ${low} < h < {high}$"
         marked = look | {"fmt": "osD"[number]}
         ax.errorbar(a[number], middle[number], half[number], label=label, zorder=3, **marked)
-
-
-def _mark_end(ax: Axes, a: Floats, values: Floats, p: int) -> None:
-    """Explain why a curve of the entropy begins or ends inside the figure."""
-    finite = np.flatnonzero(np.isfinite(values))
-    if not len(finite):
-        return
-    for end, beside in ((finite[0], 0), (finite[-1], len(a) - 1)):
-        if end != beside:
-            label = f"too few orbits beyond, up to $p = {p}$"
-            ax.plot(a[end], values[end], "o", color=BLUE, markersize=3, label=label)
 
 
 # one orbit

@@ -220,7 +220,7 @@ def test_many_bounds_are_joined_by_a_band(known, ax):
     ((_, _, (bars,)),) = ax.containers
     drawn = [(x, *sorted((low, high))) for (x, low), (_, high) in bars.get_segments()]
     assert drawn == [pytest.approx((each.a, each.lower, each.upper)) for each in curve]
-    band = next(each for each in ax.collections if each.get_label().startswith("between"))
+    band = next(each for each in ax.collections if each.get_label().startswith("interpolated"))
     assert heights(band) == {round(end, 9) for each in curve for end in (each.lower, each.upper)}
 
 
@@ -235,3 +235,14 @@ def test_an_axis_over_a_has_a_few_plain_numbers(ax, low, high):
     assert all(low <= tick <= high for tick in ax.get_xticks())
     assert not [text.get_text() for text in ax.get_xticklabels(minor=True) if text.get_text()]
     assert (ax.get_xlim(), ax.get_xlabel()) == ((low, high), "half length $a/R$")
+
+
+def test_a_curve_of_the_entropy_says_why_it_has_ends_and_gaps(ax):
+    """Each end inside the figure is marked once, even of a single point; the ends of the axis are not."""
+    a = np.arange(1.0, 10.0)
+    values = np.array([np.nan, 1, 2, np.nan, 3, np.nan, 4, 5, 6])
+    over_a._mark_ends(ax, a, values, BLUE)
+    assert named(ax, "no estimate beyond: too few orbits")[0].tolist() == [2, 3, 5, 7]
+    over_a._mark_ends(ax, a, np.ones(9), BLUE)
+    over_a._mark_ends(ax, a, np.full(9, np.nan), BLUE)
+    assert len(ax.lines) == 1
