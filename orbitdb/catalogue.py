@@ -1797,7 +1797,7 @@ class Catalogue:
         if named.get("a") is None:
             named["a"] = self._at(None, connection)
         a: Any = named["a"]
-        if isinstance(a, Iterable) and not isinstance(a, str):
+        if isinstance(a, Iterable) and (not isinstance(a, str) or a == "all"):
             raise SelectionError("give one a here; rows, table, entropy and lyapunov take several")
         chosen = Selection.from_criteria(**named)
         chosen.check_opening()

@@ -72,6 +72,7 @@ def test_an_argument_of_a_wrong_type_is_an_error_and_stores_nothing(catalogue, m
         (lambda c: c.lyapunov(cut=True), "cut = True: give a number"),
         (lambda c: c.field(None), "kappa = nan: give one number"),
         (lambda c: c.select(a=[1.0, 1.6]), "give one a here; rows, table"),
+        (lambda c: c.count(p=3, a="all"), "give one a here; rows, table"),
         (lambda c: c.assess("x"), "the levels must be numbers"),
         (lambda c: c.spectrum({}), "lengths {}: give a range"),
         (lambda c: c.select().averages(weight="x"), "weight 'x': use exp or det"),
