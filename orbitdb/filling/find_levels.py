@@ -1,13 +1,16 @@
 """Find quantum levels, and store them."""
 
+import logging
+import math
 from collections.abc import Sequence
 from contextlib import closing, nullcontext
 from pathlib import Path
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.filling.estimate import about
 from orbitdb.filling.workers import at_work
 from orbitdb.progress import Tell, nobody
-from orbitdb.quantum.exact_levels import LevelWindow, in_order, ranges_not_stored, windows
+from orbitdb.quantum.exact_levels import LevelTask, LevelWindow, in_order, ranges_not_stored, windows
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import reading
 from orbitdb.store.stored_values import stored_levels
@@ -15,7 +18,12 @@ from orbitdb.store.storing import keep_levels
 from orbitdb.store.writer import Writer
 
 _SECONDS_A_WINDOW = 0.6
-"""Approximate time to find the levels of a window; it is longer at large k."""
+"""Approximate time to find the levels of a window at small k."""
+_SECONDS_AN_AREA = 2.7e-4
+"""The same time at large k, divided by k^2 and the area of the quarter stadium."""
+
+_LONG, _HIGH = 60.0, 200.0
+"""Levels that may take this long, in seconds, or lie above this k say first how long they take."""
 
 
 def find_levels(
@@ -42,10 +50,15 @@ def find_levels(
     )
     if not tasks:
         return levels
+    takes = sum(map(_seconds, tasks))
+    if takes >= _LONG or high > _HIGH:
+        logging.getLogger("orbitdb").warning(
+            "levels up to k = %g take %s of processor time", high, about(takes)
+        )
     parameters = {"command": "levels", "k": f"{low:g}:{high:g}", "a": stadium.a}
     with (
         nullcontext() if path is None else closing(Writer(path, parameters)) as writer,
-        at_work(_SECONDS_A_WINDOW * len(tasks), jobs) as workers,
+        at_work(takes, jobs) as workers,
     ):
         tell(0, len(tasks), "levels")
         for done, solved in enumerate(workers.solved(task.solved for task in tasks), 1):
@@ -54,3 +67,8 @@ def find_levels(
             levels[solved.parity].append(solved)
             tell(done, len(tasks), f"levels {solved.parity} up to k = {solved.high:.4g}")
     return levels
+
+
+def _seconds(task: LevelTask) -> float:
+    """Estimate the processor time to find the levels of a window."""
+    return max(_SECONDS_A_WINDOW, _SECONDS_AN_AREA * (task.a + math.pi / 4) * task.high**2)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from contents import alter, ask
 from made_levels import keep_made_levels
+from terminal import spawn
 from there import there
 
 from orbitdb import Catalogue, InputError, Stadium
@@ -169,3 +170,15 @@ def test_levels_from_orbits_and_lengths_of_a_spectrum_lie_in_the_range_that_was_
     assert part == [row for row in whole if row["k"] >= 7] != whole
     spectrum = ("spectrum", "--a", "1.6", "--parity", "oo", "--lengths", "2:6", "--resolution", "5", "--json")
     assert [row["length"] for row in json.loads(cli(*spectrum).out)] == [2, 3, 4, 5, 6]
+
+
+@pytest.mark.slow
+def test_levels_at_large_k_begin_with_the_time_that_they_take():
+    """The estimate precedes the search, which is killed then."""
+    child = spawn("levels", "--a", "0.1", "--parity", "oo", "--k", "204:205", "--no-store")
+    child.expect("levels up to k = 205 take about [0-9]+ s of processor time")
+    child.close(force=True)
+
+
+def test_levels_at_small_k_do_not_tell_the_time_that_they_take(cli):
+    assert "take about" not in cli("levels", "--k", "2:4", "--parity", "oo", "--no-store").err
