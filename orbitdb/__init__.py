@@ -11,17 +11,18 @@ The catalogue
     length.
 Orbits
     `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
-    a in which a word is an orbit. The results are `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
+    a in which a word is an orbit, and `closed_form` writes their ends with square roots. The results are
+    `Orbit`, `Orbits` and `Status`. `Stadium` is the billiard.
 Trajectories
     `trajectory` follows any trajectory, as `Bounces`; `simulate` averages over random ones, as a
     `Reference`. A `PruningFront` is the border of the orbits in the plane of `symbol_plane`, with a `Front`
-    each for walls and semicircles.
+    each for walls and semicircles. `read_points` reads the points of a trajectory from a file.
 The open stadium
     `escape` finds how fast trajectories escape through openings of the boundary, as an `Escape`, whose
     openings are `Opening`.
 Quantum levels
     `levels` computes all levels of a stadium in a range of k, and `waves` the `Wave` of each level.
-    `read_levels` reads a list of levels from a file.
+    `read_levels` reads a list of levels from a file, and `weyl_number` is their smooth number.
 Errors
     The messages of `InputError`, `StoreError` and `WorkError` say in one line what is wrong and what to do.
 
@@ -67,6 +68,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.open_stadium.escape import Escape as Escape
     from orbitdb.open_stadium.openings import Opening as Opening
     from orbitdb.open_stadium.question import escape as escape
+    from orbitdb.orbits.births import closed_form as closed_form
     from orbitdb.orbits.exponents import OrbitClasses as OrbitClasses
     from orbitdb.orbits.solve import existence as existence, solve as solve, solve_word as solve_word
     from orbitdb.orbits.orbit import Orbit as Orbit
@@ -77,12 +79,14 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.quantum.level_files import read_levels as read_levels
     from orbitdb.quantum.length_spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
+    from orbitdb.quantum.weyl import weyl_number as weyl_number
     from orbitdb.store.selection import Selection as Selection
     from orbitdb.store.lookup import Life as Life
     from orbitdb.store.periods import BirthFill as BirthFill, Contents as Contents
     from orbitdb.store.periods import Fill as Fill, Sweep as Sweep
     from orbitdb.symbols.plane import symbol_plane as symbol_plane
     from orbitdb.trajectories.ensemble import Reference as Reference
+    from orbitdb.trajectories.point_files import read_points as read_points
     from orbitdb.trajectories.pruning_front import Front as Front, PruningFront as PruningFront
     from orbitdb.trajectories.trajectory import Bounces as Bounces, trajectory as trajectory
     from orbitdb.verification.verify import Verification as Verification
@@ -115,6 +119,7 @@ _HOMES = {
     "open_stadium.escape": ("Escape",),
     "open_stadium.openings": ("Opening",),
     "open_stadium.question": ("escape",),
+    "orbits.births": ("closed_form",),
     "orbits.exponents": ("OrbitClasses",),
     "orbits.orbit": ("Orbit",),
     "orbits.solve": ("existence", "solve", "solve_word"),
@@ -125,11 +130,13 @@ _HOMES = {
     "quantum.length_spectrum": ("Spectrum",),
     "quantum.level_files": ("read_levels",),
     "quantum.waves": ("Wave", "waves"),
+    "quantum.weyl": ("weyl_number",),
     "store.selection": ("Selection",),
     "store.lookup": ("Life",),
     "store.periods": ("BirthFill", "Contents", "Fill", "Sweep"),
     "symbols.plane": ("symbol_plane",),
     "trajectories.ensemble": ("Reference",),
+    "trajectories.point_files": ("read_points",),
     "trajectories.pruning_front": ("Front", "PruningFront"),
     "trajectories.trajectory": ("Bounces", "trajectory"),
     "verification.verify": ("Verification",),

@@ -1,9 +1,5 @@
 """``orbitdb identify``: find orbits that match a trajectory or a length."""
 
-import json
-import re
-import sys
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,7 +10,7 @@ from orbitdb.cli.options import count_option, number_option
 from orbitdb.cli.output import ON_SCREEN, Output, code_text, not_shown, note, notes, write_facts
 from orbitdb.cli.snapshots import snapshot_at, solving
 from orbitdb.errors import InputError
-from orbitdb.text import printable, real, real_in_file
+from orbitdb.text import real
 
 EXAMPLES = (
     "identify --start 0,0.5,1.2",
@@ -28,11 +24,6 @@ LENGTH_COLUMNS = ("code", "p", "class_size", "repetitions", "length", "total", "
 LENGTH_KEYS = (*LENGTH_COLUMNS, "lyapunov", "length_error", "a")
 _LONG_SEQUENCE = 40
 """Longer sequences are shown in run notation."""
-
-_MOST_CHARACTERS = 1_000_000
-"""Maximum number of characters to read; no trajectory needs that many."""
-
-_BETWEEN, _INK = re.compile(r"\s*[,;\t]\s*|\s+"), re.compile(r"\S")
 
 
 def identify(
@@ -92,8 +83,13 @@ def identify(
     if length is not None:
         count = _show_length(length, tolerance, limit, a, db, output)
     else:
-        asked = {"points": read_points(points)} if points is not None else {"start": parse_start(start or "")}
-        asked |= {"tolerance": tolerance, "bounces": each_way, "limit": limit}
+        from orbitdb.trajectories.point_files import read_points  # late: it loads NumPy
+
+        asked: dict[str, Any] = {"tolerance": tolerance, "bounces": each_way, "limit": limit}
+        if points is not None:
+            asked["points"] = read_points(points)
+        else:
+            asked["start"] = parse_start(start or "")
         count = _show_trajectory(asked, a, db, output)
     if not count:
         raise typer.Exit(1)
@@ -105,59 +101,6 @@ def parse_start(text: str) -> list[float]:
         return [real(part) for part in text.split(",")]
     except ValueError as error:
         raise InputError(f"--start: {error}; write x,y,angle, such as 0,0.5,1.2") from None
-
-
-def read_points(path: Path) -> Any:
-    """Read points from a file, or from stdin for ``-``, as csv with or without a header, json or json lines.
-
-    Raises `InputError` if the file cannot be read or a line does not have two numbers. Whether the points are
-    bounces is not checked.
-    """
-    from_stdin = str(path) == "-"
-    name = "stdin" if from_stdin else printable(str(path))
-    try:
-        with nullcontext(sys.stdin) if from_stdin else open(path, encoding="utf-8-sig") as file:
-            text = file.read(_MOST_CHARACTERS + 1).strip()
-        if len(text) > _MOST_CHARACTERS:
-            raise ValueError(f"it has more than {_MOST_CHARACTERS} characters")
-        return _from_json(text) if text[:1] in ("[", "{") else _from_lines(text)
-    except OSError as error:
-        raise InputError(f"{name} cannot be read ({error.strerror})") from None
-    except (ValueError, RecursionError) as error:
-        why = "not text" if isinstance(error, UnicodeDecodeError) else str(error)
-        raise InputError(f"{name}: {why}: write one bounce x,y per line, or a json array of pairs") from None
-
-
-def _from_json(text: str) -> Any:
-    """Return the pairs in an array, or x and y of each object in an array or one after another."""
-    decoder, place, rows = json.JSONDecoder(), 0, []
-    try:
-        while start := _INK.search(text, place):
-            value, place = decoder.raw_decode(text, start.start())
-            rows += value if isinstance(value, list) else [value]
-    except json.JSONDecodeError as error:
-        raise ValueError(f"line {error.lineno} is not json") from None
-    if any(isinstance(row, dict) and not {"x", "y"} <= row.keys() for row in rows):
-        raise ValueError("an object lacks x or y")
-    return [[row["x"], row["y"]] if isinstance(row, dict) else row for row in rows]
-
-
-def _from_lines(text: str) -> list[list[float]]:
-    """Return the two numbers on each line, or the columns x and y if the first line names columns."""
-    lines = [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
-    rows = [(number, _BETWEEN.split(line)) for number, line in lines if line and not line.startswith("#")]
-    named = bool(rows) and {"x", "y"} <= set(rows[0][1])
-    places = [rows[0][1].index(name) for name in "xy"] if named else []
-    points = []
-    for number, cells in rows[named:]:
-        values = [cells[place] for place in places if place < len(cells)] if named else cells
-        if len(values) != 2:
-            raise ValueError(f"line {number} does not have two numbers")
-        try:
-            points.append([real_in_file(value) for value in values])
-        except ValueError as error:
-            raise ValueError(f"line {number}: {error}") from None
-    return points
 
 
 def _show_trajectory(asked: dict[str, Any], a: float | None, db: Path, output: Output) -> int:

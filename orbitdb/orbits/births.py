@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from orbitdb.arrays import Batch, Floats, Indices, Integers, Marks, Words
 from orbitdb.billiard.legs import Chain, centre_directions, cut, derivatives, direction_limits, slack_errors
 from orbitdb.billiard.stadium import MAX_A, MIN_A, Stadium
-from orbitdb.errors import WorkError
+from orbitdb.errors import InputError, WorkError, check_number
 from orbitdb.orbits.admissible import certificates
 from orbitdb.orbits.along_a import Zeros, candidates, follow_in_a, motion, refine, slacks_and_slopes
 from orbitdb.orbits.error_bounds import direction_errors
@@ -340,13 +340,27 @@ def closed_form(a: float) -> str | None:
     Parameters
     ----------
     a : float
-        A positive number with a relative error of at most 1e-12.
+        A positive number with a relative error of at most 1e-12, such as the birth or death of an orbit
+        (`Catalogue.births`), in units of the radius.
+
+    Returns
+    -------
+    str or None
+        The form in which one types it, such as ``(sqrt(3) - 1)/2``. It is fitted to the digits, not proved.
+
+    Raises
+    ------
+    InputError
+        If `a` is not a positive and finite number.
 
     Examples
     --------
     >>> closed_form(0.3660254037844386)
     '(sqrt(3) - 1)/2'
     """
+    check_number("a", a)
+    if not 0 < a < math.inf:
+        raise InputError(f"a = {a:g}: give a positive number, such as the birth of an orbit")
     for q in range(1, _DENOMINATORS + 1):
         p = round(a * a * q)
         if p and abs(p / q - a * a) <= 2 * _RELATIVE * a * a:

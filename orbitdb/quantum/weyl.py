@@ -19,7 +19,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from orbitdb.arrays import Floats
-from orbitdb.billiard.stadium import Stadium
+from orbitdb.billiard.stadium import Stadium, as_stadium
 from orbitdb.errors import InputError, as_floats, check_number
 from orbitdb.text import format_float, several
 
@@ -102,6 +102,44 @@ def weyl(stadium: Stadium, parity: Parity | None) -> Polynomial:
     edge = stadium.perimeter / 4 - x - y * (stadium.a + 1)
     corners = (x * y - x - y) / 16
     return Polynomial([1 / 24 + corners, -edge / (4 * math.pi), stadium.area / (16 * math.pi)])
+
+
+def weyl_number(k: "ArrayLike", a: float | Stadium, parity: Parity | str | None = None) -> float | Floats:
+    """Return Weyl's law, the smooth number of levels below k.
+
+    Parameters
+    ----------
+    k : array_like
+        Wavenumbers in 1/radius, one or an array of any shape.
+    a : float or Stadium
+        Half length of the straight walls, in units of the radius.
+    parity : str, optional
+        ``ee``, ``eo``, ``oe`` or ``oo``; the levels of all parities if it is not given.
+
+    Returns
+    -------
+    float or ndarray
+        The number for each k, in the shape of `k`; it is not an integer, and near k = 0 it can be negative.
+
+    Raises
+    ------
+    InputError
+        If a k is negative or not finite, or `a` or the parity is invalid.
+
+    Notes
+    -----
+    Source: H. P. Baltes and E. R. Hilf, Spectra of Finite Systems (1976).
+
+    Examples
+    --------
+    >>> round(weyl_number(10, 1.6), 3)
+    66.003
+    """
+    values = as_floats(k, "k: give one number, or an array of numbers")
+    if (wrong := values[~((values >= 0) & (values < np.inf))]).size:
+        raise InputError(f"k = {wrong.flat[0]:g}: give a finite k of 0 or above, in 1/radius")
+    number = weyl(as_stadium(a), one_parity(parity))(values)
+    return number if np.ndim(number) else float(number)
 
 
 def wavenumber(smooth: Polynomial, number: float) -> float:

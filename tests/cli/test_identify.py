@@ -4,11 +4,12 @@ import io
 import json
 import sys
 
+import numpy as np
 import pytest
 from quick import slow_but
 from there import there
 
-from orbitdb import solve_word
+from orbitdb import read_points, solve_word
 
 ORBIT = solve_word("1232131", 1.6)
 POINTS = there(ORBIT.points).tolist()
@@ -43,6 +44,7 @@ def test_points_are_read_in_any_notation(cli, tmp_path, stdin, form):
         assert (row["code"], row["first"], row["last"], row["turns"]) == ("1232131", 1, 7, 1.0)
         assert row["stored"] is False
         assert row["sequence"] == "1232131"
+    np.testing.assert_array_equal(read_points(tmp_path / "points"), POINTS)
 
 
 def test_the_number_of_rows_and_bounces_can_be_chosen(cli):

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from there import there
 
-from orbitdb import InputError, Status, solve, solve_word
+from orbitdb import InputError, Status, closed_form, solve, solve_word
 from orbitdb.orbits import admissible
-from orbitdb.orbits.births import closed_form
 from orbitdb.orbits.newton import newton
 from orbitdb.symbols.words import WordError, least_rotation, parse
 
@@ -160,3 +159,9 @@ def test_the_sine_is_that_of_the_outgoing_path_positive_anticlockwise(word):
         wall = np.abs(x) < 1.6
         along = np.where(wall, [-y, 0 * y], [-y, x - np.copysign(1.6, x)]).T
         assert there(orbit.sine) == pytest.approx((along * ahead).sum(axis=1), abs=1e-12)
+
+
+@pytest.mark.parametrize("a", [0, -1.0, float("nan"), float("inf"), "1"])
+def test_a_closed_form_is_of_a_positive_number(a):
+    with pytest.raises(InputError, match=r"^a = "):
+        closed_form(a)

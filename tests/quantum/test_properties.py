@@ -11,7 +11,7 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from orbitdb import InputError, Stadium
+from orbitdb import InputError, Stadium, levels, weyl_number
 from orbitdb.quantum.bouncing_balls import family, family_count, family_terms
 from orbitdb.quantum.elements import grid, nodes, quarter_disc, quarter_stadium
 from orbitdb.quantum.exact_levels import LevelTask, LevelWindow, ranges_not_stored, windows
@@ -256,3 +256,21 @@ def test_lists_that_contradict_weyls_law_are_refused(parity, change, told):
     if told == "Weyl's law":
         of = "all parities" if parity is None else "parity oe"
         assert f" of {of} at a = 1.6" in str(refused)
+
+
+def test_weyl_number_counts_computed_levels():
+    """The smooth number lies within a few of the number of levels, and the four parities add up to all."""
+    k = np.array([4.0, 8.0])
+    for parity in "ee", "oo":
+        found = levels(1.0, (0, 8), parity).k
+        assert np.abs(np.searchsorted(found, k) - weyl_number(k, 1, parity)).max() < 2
+    of_parities = sum(weyl_number(k, 1, parity) for parity in ("ee", "eo", "oe", "oo"))
+    assert of_parities == pytest.approx(weyl_number(k, 1))
+    area, perimeter = 4 + np.pi, 4 + 2 * np.pi
+    assert weyl_number(8, 1) == pytest.approx((area * 64 - perimeter * 8) / (4 * np.pi) + 1 / 6)
+
+
+@pytest.mark.parametrize("k", [-1, float("nan"), [1, float("inf")], "many"])
+def test_weyl_number_refuses_what_is_no_wavenumber(k):
+    with pytest.raises(InputError, match="k"):
+        weyl_number(k, 1)
