@@ -9,6 +9,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
@@ -18,7 +19,7 @@ from orbitdb.answers.field_words import MOST, PickedWords, followable, whole_per
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Indices, Integers, Marks, Masks, Texts, Words
 from orbitdb.averages.by_period import of_divisors
-from orbitdb.billiard.stadium import Stadium
+from orbitdb.billiard.stadium import ANTICLOCKWISE, Stadium
 from orbitdb.display import MOST_SHOWN, Drawn, Table, columns_of, data_frame
 from orbitdb.errors import InputError, as_floats
 from orbitdb.magnetic.action import ArcPaths
@@ -146,6 +147,38 @@ class FieldOrbits(Table, Drawn):
     def exists(self) -> Marks:
         """Which entries are orbits, unstable or stable, shape (N,)."""
         return np.isin(self.status, IN_FIELD)
+
+    @property
+    def points(self) -> list[Floats | None]:
+        """Cartesian coordinates of the bounces: N arrays of shape (p, 2), or None where there is no orbit.
+
+        The bounces are in the order of the code; the unit is the radius.
+        """
+        return [None if of_entry is None else of_entry[0] for of_entry in self._bounces]
+
+    @property
+    def sine(self) -> list[Floats | None]:
+        """Sines of the angles between path and normal at the bounces: N arrays of shape (p,), or None.
+
+        They are those of the path that leaves, and positive if it goes anticlockwise, as in `Orbit.sine`.
+        """
+        return [None if of_entry is None else of_entry[1] for of_entry in self._bounces]
+
+    @cached_property
+    def _bounces(self) -> list[tuple[Floats, Floats] | None]:
+        """Points and sines of each entry; the orbits are followed again, since a list need not keep them."""
+        stadium = Stadium(self.selection.a)
+        bounces: list[tuple[Floats, Floats] | None] = [None] * len(self)
+        for p in np.unique(self.p[self.exists]).tolist():
+            rows = np.flatnonzero(self.exists & (self.p == p))
+            words, kappa = from_strings(self.code[rows].tolist()), self.kappa[rows]
+            free = solve_in_doubles(words, stadium).coordinates
+            followed = follow_in_field(stadium, words, free, np.zeros(len(rows)), kappa)
+            paths = ArcPaths.of(stadium, words.T, followed.coordinates.T, kappa)
+            points, sines = np.stack([paths.x.T, paths.y.T], -1), ANTICLOCKWISE[words] * paths.outgoing.T
+            for row, *of_entry in zip(rows.tolist(), points, sines, strict=True):
+                bounces[row] = (of_entry[0], of_entry[1])
+        return bounces
 
     def rows(self, names: Sequence[str] = FIELD_COLUMNS) -> Iterator[tuple[Any, ...]]:
         """Yield the named columns of each entry as plain values; missing numbers are None."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from solutions import solved, words_of
 
-from orbitdb import Catalogue, InputError
+from orbitdb import Catalogue, InputError, solve_word
 from orbitdb.symbols.symmetry import REVERSE, images_of
 from orbitdb.symbols.words import least_rotation, to_strings
 
@@ -290,3 +290,33 @@ def test_the_slope_of_the_area_is_a_column_everywhere(catalogue, cli, filled):
     (word,) = json.loads(cli("query", "1232131", "--json").out)
     assert word["area_slope"] == pytest.approx(catalogue["1232131"].area_slope)
     assert cli("query", "--p", "3", "--order", "area_slope").says(2, "area_slope is computed afterwards")
+
+
+def test_bounces_without_a_field_are_those_of_the_orbit(catalogue):
+    orbits = catalogue.field(0, code=["0123", "1232131", "1133"])
+    for code, points, sine in zip(orbits.code.tolist(), orbits.points, orbits.sine, strict=True):
+        orbit = solve_word(code, 1.6)
+        if orbit.points is None:
+            assert points is sine is None
+        else:
+            assert points == pytest.approx(orbit.points, abs=1e-10)
+            assert sine == pytest.approx(orbit.sine, abs=1e-10)
+
+
+def test_bounces_in_a_field_are_joined_by_arcs_that_obey_the_law_of_reflection(catalogue):
+    """Arcs of circles through the points have the length of the orbit, and meet the boundary at its sines."""
+    orbits = catalogue.field([-0.1, 0.07], p="2-6")
+    assert [points is None for points in orbits.points] == (~orbits.exists).tolist()
+    for row in np.flatnonzero(orbits.exists).tolist():
+        points, sine, kappa = orbits.points[row], orbits.sine[row], orbits.kappa[row]
+        assert points.shape == (orbits.p[row], 2)
+        step = (np.roll(points, -1, 0) - points) @ [1, 1j]
+        turn = np.arcsin(kappa * np.abs(step) / 2)  # half the angle by which each arc turns left
+        assert (2 * turn / kappa).sum() == pytest.approx(orbits.length[row], abs=1e-9)
+        x, y = points.T
+        outward = np.where(np.abs(x) > 1.6, x - np.copysign(1.6, x), 0) + 1j * y
+        anticlockwise = 1j * outward / np.abs(outward)
+        ahead = step / np.abs(step)
+        leaving, arriving = ahead * np.exp(-1j * turn), np.roll(ahead * np.exp(1j * turn), 1)
+        for direction in (leaving, arriving):
+            assert (direction * anticlockwise.conj()).real == pytest.approx(sine, abs=1e-8)
