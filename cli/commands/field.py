@@ -11,6 +11,7 @@ from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, not_shown, note, notes, progress
 from orbitdb.cli.snapshots import given_codes, primitive_words, snapshot, solving
 from orbitdb.errors import InputError
+from orbitdb.text import several
 
 if TYPE_CHECKING:
     from orbitdb.answers.field import FieldOrbits
@@ -34,6 +35,7 @@ def field(
     counts: Annotated[
         bool, typer.Option("--counts", help="Count the orbits of whole periods instead of listing words.")
     ] = False,
+    by_bounce: options.ByBounce = False,
     a: options.HalfLength = None,
     choice: SelectionOptions,
     limit: options.Limit = None,
@@ -52,12 +54,25 @@ def field(
     if not kappa:
         raise InputError("say how strong the field is, such as --kappa 0.05")
     if words or code:
-        options.takes_only(context, "with words", "words", "code", "kappa", "a", "limit")
+        options.takes_only(context, "with words", "words", "code", "kappa", "by_bounce", "a", "limit")
     if counts:
-        options.refuse_idle(context, "with --counts", "limit")
+        options.refuse_idle(context, "with --counts", "by_bounce", "limit")
     orbits = _followed([*chain.from_iterable(kappa)], words, code, a, choice, db)
     found = orbits.counts() if counts else orbits
     notes(found.notes)
+    if by_bounce:
+        from orbitdb.orbits.bounces import BOUNCE_COLUMNS
+
+        rows = islice(orbits.by_bounce(), output.most(limit))
+        count, total = (
+            output.write(("code", "kappa", *BOUNCE_COLUMNS), rows),
+            int(orbits.p[orbits.exists].sum()),
+        )
+        if count < total:
+            note(f"{several(total, 'bounce')}{not_shown(count, total)}")
+        if not total:
+            raise typer.Exit(1)
+        return
     names = TABLE_COLUMNS if output.for_people and not counts else [*found.columns]
     count = output.write(names, islice(found.rows(names), None if counts else output.most(limit)))
     if not len(found):

@@ -28,6 +28,7 @@ from orbitdb.magnetic.field_status import IN_FIELD, FieldNumbers, FieldStatus, m
 from orbitdb.orbits.admissible import solve_in_doubles
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.selection import Selection
+from orbitdb.symbols.plane import symbol_plane
 from orbitdb.symbols.symmetry import ODD, class_of, classify, encloses_nothing
 from orbitdb.symbols.words import (
     MAX_KEYED,
@@ -165,10 +166,10 @@ class FieldOrbits(Table, Drawn):
         return [None if of_entry is None else of_entry[1] for of_entry in self._bounces]
 
     @cached_property
-    def _bounces(self) -> list[tuple[Floats, Floats] | None]:
-        """Points and sines of each entry; the orbits are followed again, since a list need not keep them."""
+    def _bounces(self) -> list[tuple[Floats, Floats, Floats] | None]:
+        """Points, sines and coordinates of each entry, from following the orbits again."""
         stadium = Stadium(self.selection.a)
-        bounces: list[tuple[Floats, Floats] | None] = [None] * len(self)
+        bounces: list[tuple[Floats, Floats, Floats] | None] = [None] * len(self)
         for p in np.unique(self.p[self.exists]).tolist():
             rows = np.flatnonzero(self.exists & (self.p == p))
             words, kappa = from_strings(self.code[rows].tolist()), self.kappa[rows]
@@ -176,9 +177,23 @@ class FieldOrbits(Table, Drawn):
             followed = follow_in_field(stadium, words, free, np.zeros(len(rows)), kappa)
             paths = ArcPaths.of(stadium, words.T, followed.coordinates.T, kappa)
             points, sines = np.stack([paths.x.T, paths.y.T], -1), ANTICLOCKWISE[words] * paths.outgoing.T
-            for row, *of_entry in zip(rows.tolist(), points, sines, strict=True):
-                bounces[row] = (of_entry[0], of_entry[1])
+            of_entries = zip(points, sines, followed.coordinates, strict=True)
+            for row, of_entry in zip(rows.tolist(), of_entries, strict=True):
+                bounces[row] = of_entry
         return bounces
+
+    def by_bounce(self) -> Iterator[tuple[Any, ...]]:
+        """Yield code, kappa and the columns of `query --by-bounce` for each bounce of the orbits."""
+        stadium = Stadium(self.selection.a)
+        entries = zip(self.code.tolist(), self.kappa.tolist(), self._bounces, strict=True)
+        for code, kappa, of_entry in entries:
+            if of_entry is not None:
+                points, sine, places = of_entry
+                symbols = from_strings([code])[0]
+                columns = (symbols, places, *points.T, stadium.arclength(symbols, places), sine,
+                           *symbol_plane(symbols[None])[0].T)  # fmt: skip
+                rows = zip(*(column.tolist() for column in columns), strict=True)
+                yield from ((code, kappa, number, *row) for number, row in enumerate(rows, 1))
 
     def rows(self, names: Sequence[str] = FIELD_COLUMNS) -> Iterator[tuple[Any, ...]]:
         """Yield the named columns of each entry as plain values; missing numbers are None."""

@@ -320,3 +320,25 @@ def test_bounces_in_a_field_are_joined_by_arcs_that_obey_the_law_of_reflection(c
         leaving, arriving = ahead * np.exp(-1j * turn), np.roll(ahead * np.exp(1j * turn), 1)
         for direction in (leaving, arriving):
             assert (direction * anticlockwise.conj()).real == pytest.approx(sine, abs=1e-8)
+
+
+def test_field_by_bounce_writes_the_bounces_of_the_list(cli, filled, catalogue):
+    asked = (
+        "field",
+        "1232131",
+        "0123",
+        "--kappa",
+        "0:0.1:2",
+        "--by-bounce",
+        "--db",
+        str(filled),
+        "--json",
+    )
+    rows = json.loads(cli(*asked).out)
+    orbits = catalogue.field([0, 0.1], code=["1232131", "0123"])
+    points = np.concatenate([each for each in orbits.points if each is not None])
+    assert [[row["x"], row["y"]] for row in rows] == points.tolist()
+    assert [row["sine"] for row in rows] == np.concatenate([s for s in orbits.sine if s is not None]).tolist()
+    free = json.loads(cli("query", "1232131", "--by-bounce", "--db", str(filled), "--json").out)
+    for row, bounce in zip(rows, free, strict=False):
+        assert row == pytest.approx({"kappa": 0.0} | bounce, abs=1e-9)
