@@ -1131,8 +1131,8 @@ class Catalogue:
         >>> own = Catalogue.create("own.db", a=1)
         >>> [fill.n_c for fill in own.fill("2-5")]
         [1, 8, 32, 48]
-        >>> own.fill(code=["1^7 3", "0123"])[0]
-        <Orbit 11111113 at a = 1: length 10.1815213, lambda 6.8053936>
+        >>> own.fill(code=["1^3 3", "0123"])[0]
+        <Orbit 1113 at a = 1: length 9.2376043, lambda 4.8674753>
         """
         from orbitdb.filling import fill as filling
         from orbitdb.store.periods import read_fills
@@ -1487,7 +1487,7 @@ class Catalogue:
         >>> whole, part = Catalogue.create("whole.db"), Catalogue.create("part.db")
         >>> fills = part.fill("2-5", a=1)
         >>> [(each.part, each.a, each.periods, each.words) for each in whole.merge(["part.db"])]
-        [('part.db', 1.0, '2-5', 169)]
+        [('part.db', 1.0, '2-5', 137)]
         """
         from orbitdb.store.merging import merge_all
 
