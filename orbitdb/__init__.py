@@ -6,8 +6,8 @@ The catalogue
     class), a `Result` (a table by period), a `Histogram`, `Births` (a list of `Life`), `EntropyBounds`, a
     `Reference`, `Levels`, a `Spectrum`, an `Assessment`, a `Verification`, a `SqlResult`, `Info`,
     `Contents`, a `Dataset`, `Need` (an estimate), a `Migration`, or `Rows` (a list) of `Fill`,
-    `Sweep`, `BirthFill` or `Scar`. `FieldOrbits` are words in a magnetic field. A `Trajectory` has the
-    orbits that it shadows as `Followed`, and `Candidates` are a list of `Candidate`, orbits with a given
+    `Sweep`, `BirthFill`, `Merged` or `Scar`. `FieldOrbits` are words in a magnetic field. A `Trajectory` has
+    the orbits that it shadows as `Followed`, and `Candidates` are a list of `Candidate`, orbits with a given
     length.
 Orbits
     `solve_word` solves one word, and `solve` many, as texts or as an array; `existence` finds the ranges of
@@ -57,6 +57,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.answers.sql_result import SqlResult as SqlResult
     from orbitdb.filling.estimate import Need as Need
     from orbitdb.store.file import Migration as Migration
+    from orbitdb.store.merging import Merged as Merged
     from orbitdb.answers.listing import Listing as Listing
     from orbitdb.answers.field import FieldOrbits as FieldOrbits
     from orbitdb.answers.results import Births as Births, Result as Result
@@ -108,6 +109,7 @@ _HOMES = {
     "answers.sql_result": ("SqlResult",),
     "filling.estimate": ("Need",),
     "store.file": ("Migration",),
+    "store.merging": ("Merged",),
     "answers.listing": ("Listing",),
     "answers.field": ("FieldOrbits",),
     "answers.results": ("Births", "Result"),
