@@ -11,7 +11,6 @@ from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, notes, progress, write_facts
 from orbitdb.cli.snapshots import given_a, snapshot, storable
 from orbitdb.display import columns_of
-from orbitdb.orbits.status import Status
 from orbitdb.text import concise, format_float, with_error
 
 if TYPE_CHECKING:
@@ -57,7 +56,7 @@ def entropy(
     is shown, too, but is not an error bound. The proved bounds come from 'orbitdb bounds', or are computed on
     the spot.
     """
-    with progress("reading orbits"), snapshot(db, a, choice, [Status.ORBIT]) as (catalogue, selections):
+    with progress("reading orbits"), snapshot(db, a, choice, ["orbit"]) as (catalogue, selections):
         result = catalogue.entropy(selections if many_a(a) else selections[0])
     from orbitdb.answers.results import PROVED
 
@@ -90,7 +89,7 @@ def lyapunov(
     digit. The other averages do not converge to lambda as p grows. The values for trajectories come from
     'orbitdb simulate'.
     """
-    with progress("averaging") as shown, snapshot(db, a, choice, [Status.ORBIT]) as (catalogue, selections):
+    with progress("averaging") as shown, snapshot(db, a, choice, ["orbit"]) as (catalogue, selections):
         chosen = selections if many_a(a) else selections[0]
         result = catalogue.lyapunov(chosen, weight=weight, cut=cut, progress=shown)
     names, rows = _rows_of(result, output)

@@ -9,7 +9,6 @@ from orbitdb.cli.grids import many_a
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.output import Output, notes
 from orbitdb.cli.snapshots import chosen_codes, snapshot
-from orbitdb.store.selection import OF_STATUS
 
 EXAMPLES = (
     "count --p 11",
@@ -39,6 +38,8 @@ def count(
     The options choose words as those of query do. The columns of --by are those whose values all words of a
     class share, such as p, status or symmetry; words without a value come last.
     """
+    from orbitdb.store.selection import OF_STATUS
+
     names = [name.strip() for name in by.split(",")] if by else []
     usual = () if OF_STATUS.intersection(names) else None
     with snapshot(db, a, choice, usual, chosen_codes(code)) as (catalogue, selections):

@@ -27,11 +27,11 @@ from orbitdb.cli.output import (
 from orbitdb.cli.snapshots import OF_CATALOGUE, asked_columns, given_codes, primitive_words, snapshot, solving
 from orbitdb.columns import EVERY, GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError
-from orbitdb.orbits.status import Status
 from orbitdb.text import format_float, guess
 
 if TYPE_CHECKING:
     from orbitdb.orbits.orbit import Orbit
+    from orbitdb.orbits.status import Status
 
 
 EXAMPLES = {
@@ -117,8 +117,10 @@ def _bounds_of(names: Sequence[str], output: Output) -> list[str]:
     return [name for name in bounds if name in OF_CATALOGUE and name not in names]
 
 
-def _in_table(statuses: Sequence[Status]) -> tuple[str, ...]:
+def _in_table(statuses: "Sequence[Status]") -> tuple[str, ...]:
     """Return the columns of a table of words with these statuses, without those that none of them has."""
+    from orbitdb.orbits.status import Status
+
     if set(statuses) == {Status.GEOMETRIC}:
         return ("code", "p", "status", "rules")
     if statuses and not {*statuses} & {Status.ORBIT, Status.BOUNDARY}:

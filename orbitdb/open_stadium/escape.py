@@ -174,7 +174,7 @@ def _notes(found: Escape) -> Iterator[str]:
     yield from _undefined(found)
     many = several(found.trajectories, "trajectory", "trajectories")
     sampled = f"; survival is sampled with {many} (seed {found.seed})" if found.trajectories else ""
-    yield f"mu is exact; tails are derived and checked, but not proved; rates are estimated{sampled}"
+    yield f"measure is exact; tails are derived and checked, but not proved; rates are estimated{sampled}"
 
 
 def _undefined(found: Escape) -> Iterator[str]:

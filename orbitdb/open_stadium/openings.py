@@ -16,7 +16,10 @@ from orbitdb.text import format_float
 WALLS = ("top", "bottom", "left", "right")
 """The parts of the boundary; the coordinate is x on the first two, the angle on the other two."""
 
-_FORM = "write WALL:LOW:HIGH, such as top:-0.3:0.3, with WALL one of top, bottom (x), left, right (angle)"
+_FORM = (
+    "write WALL:LOW:HIGH, such as top:-0.3:0.3, or top::0.3 from the end of the wall on, with WALL one of "
+    "top, bottom (x), left, right (angle)"
+)
 _TEXT = re.compile(r"\s*(\w+)\s*:\s*([^:\s]*)\s*:\s*([^:\s]*)\s*")
 
 _ROUNDED = 5e-6

@@ -150,7 +150,7 @@ def escape(
         The stadium, or its half length.
     opening : str or iterable of str, optional
         Openings ``WALL:LOW:HIGH``: ``top`` or ``bottom`` with x, ``left`` or ``right`` with the angle from
-        the outward horizontal (radians). Without LOW or HIGH, an opening extends to the end of its wall.
+        the outward horizontal (radians). An empty LOW or HIGH, as in ``top::0.3``, is the end of the wall.
     without : str or iterable of str, optional
         Patterns of symbols, such as ``0202``.
     trajectories : int, optional

@@ -48,7 +48,7 @@ def browse(filled_once, tmp_path, monkeypatch):
         child = spawn("browse", "--db", path, *arguments, columns=120, rows=40, **variables)
         child.logfile_read = io.StringIO()
         sessions.append(child)
-        child.expect("1 of [0-9,]+ |is not stored")
+        child.expect("1 of [0-9,]+|is not stored")
         quiet(child)
         return child
 
@@ -106,7 +106,7 @@ def test_keys_sent_at_once_edit_a_line_in_order(browse):
 
 _FAILING = """
 from orbitdb.cli.tui.panels.rows_panel import RowsPanel
-RowsPanel.action_reverse_order = lambda self: 1 / 0
+RowsPanel.action_sort = lambda self, falling: 1 / 0
 from orbitdb.cli.main import run
 run()
 """
@@ -115,7 +115,7 @@ run()
 def test_a_failure_restores_the_terminal_and_shows_the_traceback(filled_once):
     command = [sys.executable, "-P", "-c", _FAILING]
     child = spawn("browse", "--db", filled_once, command=command, columns=200)
-    child.expect("1 of [0-9,]+ |is not stored")
+    child.expect("1 of [0-9,]+|is not stored")
     shown = child.before
     child.send("R")
     child.expect(pexpect.EOF)
@@ -129,7 +129,7 @@ _READING = """
 import time
 from orbitdb.cli.tui.panels.rows_panel import RowsPanel
 read = lambda cancelled: time.sleep(600)
-RowsPanel.action_reverse_order = lambda self: self.app.in_thread("long", read, print)
+RowsPanel.action_sort = lambda self, falling: self.app.in_thread("long", read, print)
 from orbitdb.cli.main import run
 run()
 """
