@@ -37,6 +37,12 @@ def quiet(child, patience=0.3):
     return drawn
 
 
+@pytest.fixture(autouse=True)
+def own_state(tmp_path, monkeypatch):
+    """Begin each session with the usual columns and order, not with those that random keys have chosen."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+
+
 @pytest.fixture
 def browse(filled_once, tmp_path, monkeypatch):
     """Return a session on a copy of a catalogue, in its own folder, after its first rows are drawn."""

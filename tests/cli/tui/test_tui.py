@@ -5,11 +5,12 @@ import csv
 import re
 import shutil
 import threading
+from functools import partial
 from pathlib import Path
 
 import pytest
 from contents import made
-from screens import LARGE, SMALL, browsing, press, screen_lines, send, shown, table_of, until, write
+from screens import LARGE, SMALL, browsing, press, row_of, screen_lines, send, shown, table_of, until, write
 from solutions import entropy, lyapunov
 from textual.widgets import Input
 from there import there
@@ -20,7 +21,7 @@ from orbitdb.cli.tui.fill_dialog import FillDialog, parse_request
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.panels.facts import FactsPanel
-from orbitdb.cli.tui.screens import QuestionDialog
+from orbitdb.cli.tui.screens import QuestionDialog, Working
 from orbitdb.cli.tui.stored import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_words
@@ -56,6 +57,27 @@ async def test_the_screen_opens_at_a_code_outside_the_subset(filled, code, chose
         await press(pilot, "escape")
         if rows:
             assert app.screen.side.orbit.code == "13"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "order", [("find", "rows", "rows"), ("rows", "find", "rows"), ("rows", "rows", "find")]
+)
+async def test_first_rows_all_rows_and_the_orbit_may_arrive_in_any_order(filled, monkeypatch, order):
+    arrived: dict[str, list[partial[None]]] = {"rows": [], "find": []}
+
+    def find_at_once(self, group, find, take, fail=None):
+        found = find(never)
+        arrived[group] += [partial(take, part) for part in (found if group == "rows" else [found])]
+
+    monkeypatch.setattr(Working, "in_thread", find_at_once)
+    async with browsing(filled, code="0132") as (app, pilot):
+        for group in order:
+            arrived[group].pop(0)()
+            await pilot.pause()
+        rows, place = app.screen.rows, there(table_of(app).source.position("0132"))
+        assert app.screen.side.orbit.code == row_of(app)[0] == "0132"
+        assert (rows.border_title, rows.border_subtitle) == ("words", f"{place + 1} of {rows.total:,}")
 
 
 @pytest.mark.slow
