@@ -4,20 +4,23 @@ SQLite copies the rows from file to file, in one transaction a part. Classes are
 their a, runs by their start. Work on a period that has come further in the part replaces that of the target.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
+
+import sqlalchemy as sa
+from sqlalchemy import ColumnElement, Connection, FromClause, RowMapping, Table, func, insert, select
 
 from orbitdb.errors import DamagedError, InputError, NotStoredError, StoreError
 from orbitdb.progress import Tell, nobody
 from orbitdb.store import tables as t
+from orbitdb.store.attached import PART, Attached, lacking, same
 from orbitdb.store.file import migrate, reading
 from orbitdb.store.file_kind import need_newest
 from orbitdb.store.journal import refuse_foreign_journal
 from orbitdb.store.paths import file_id
 from orbitdb.store.selection import written_periods
-from orbitdb.store.sqlite import Driver, driver_of
 from orbitdb.store.writer import Writer
 from orbitdb.text import format_float, several
 
@@ -51,14 +54,16 @@ class Choice(NamedTuple):
     a: tuple[float, ...] = ()
     spans: tuple[tuple[int, int], ...] = ()
 
-    def of_a(self, column: str) -> str:
-        """Return a condition in SQL for a column with an a; the chosen values are in a temporary table."""
-        return f"{column} IN (SELECT a FROM temp.chosen)" if self.a else "1"
+    def of_a(self, table: FromClause) -> ColumnElement[bool]:
+        """Return the condition for rows of a table with an a."""
+        return table.c.a.in_(self.a) if self.a else sa.true()
 
-    def of_p(self, column: str) -> str:
-        """Return a condition in SQL for a column with a period."""
-        spans = (f"{column} BETWEEN {low} AND {high}" for low, high in self.spans)
-        return f"({' OR '.join(spans)})" if self.spans else "1"
+    def of_p(self, table: FromClause) -> ColumnElement[bool]:
+        """Return the condition for rows of a table with a period, or with classes that have one."""
+        if "p" in table.c:
+            return t.in_spans(table.c.p, self.spans)
+        classes = select(PART[t.cycle].c.id).where(t.in_spans(PART[t.cycle].c.p, self.spans))
+        return table.c.cycle.in_(classes) if self.spans else sa.true()
 
 
 EVERYTHING = Choice()
@@ -103,7 +108,7 @@ def merge(writer: Writer, path: Path, chosen: Choice = EVERYTHING) -> list[Merge
         raise InputError(f"{path} is the catalogue itself: name other files")
     try:
         with writer.attached(path), writer.writing() as connection:
-            added = _Merge(driver_of(connection), path, chosen).run()
+            added = _Merge(connection, path, chosen).run()
             if not added:
                 raise _NothingNewError
             return added
@@ -116,44 +121,39 @@ def merge(writer: Writer, path: Path, chosen: Choice = EVERYTHING) -> list[Merge
         raise
 
 
-_RUNS_OF = (
-    *("orbit", "certificate", "change", "trajectory", "entropy_bound", "open_stadium", "level_fill"),
-    *("sweep", "sweep_block"),
-)
-"""The tables whose rows say which run wrote them."""
+class _Stadium(NamedTuple):
+    """A value of a, with its id in the part and in the target."""
 
-_RUN = "(SELECT own FROM temp.ran WHERE part = o.run)"
-"""The id of a run in the target."""
-
-_OWN = "ifnull((SELECT own FROM temp.long WHERE part = {0}), {0})"
-"""The id of a class in the target, given its id in the part."""
+    a: float
+    theirs: int
+    ours: int
 
 
 class _Merge:
-    """One transaction that copies from the attached file ``part``."""
+    """One transaction that copies from an attached part."""
 
-    def __init__(self, driver: Driver, path: Path, chosen: Choice) -> None:
-        self.ask, self.path, self.chosen = driver.execute, path, chosen
+    def __init__(self, connection: Connection, path: Path, chosen: Choice) -> None:
+        self.connection, self.path, self.chosen = connection, path, chosen
+        self.ask, self.part = connection.execute, Attached(connection)
         self.found: dict[float | None, Merged] = {}
 
     def run(self) -> list[Merged]:
-        with _temporary(self.ask):
-            for a in self.chosen.a:
-                self.ask("INSERT INTO temp.chosen VALUES (?)", (a,))
-            self.classes()
-            self.runs()
-            for a, theirs, ours in self.stadiums():
-                self.orbits(a, theirs, ours)
-                self.fills(a, theirs, ours)
-                self.sweeps(a, theirs, ours)
-                self.trajectories(a, theirs, ours)
-            self.bounds_agree()
-            self.of_a("entropy_bound", "bound")
-            self.of_a("open_stadium", "open stadium")
-            self.levels()
-            self.births()
-            self.pruned()
-            return [found for found in self.found.values() if found.periods or found.words or found.other]
+        self.classes()
+        self.part.copy_runs()
+        for stadium in self.stadiums():
+            self.orbits(stadium)
+            self.certificates(stadium)
+            self.fills(stadium)
+            self.sweeps(stadium)
+            self.trajectories(stadium)
+        self.bounds_agree()
+        self.of_a(t.entropy_bound, "bound")
+        self.of_a(t.open_stadium, "open stadium")
+        self.levels()
+        self.births()
+        self.pruned()
+        self.part.forget()
+        return [found for found in self.found.values() if found.periods or found.words or found.other]
 
     def refuse(self, what: str) -> None:
         raise StoreError(f"{self.path} contradicts the catalogue: {what}; nothing of it was merged")
@@ -168,251 +168,192 @@ class _Merge:
             other="; ".join(filter(None, (old.other, other))),
         )
 
-    # what rows refer to
-
     def classes(self) -> None:
-        """Copy the classes that the target lacks; long words get ids of their own there."""
-        only = self.chosen.of_p("p")
-        other = self.ask(
-            "SELECT c.word FROM part.cycle c JOIN main.cycle m USING (id) WHERE id < ? AND m.word <> c.word",
-            (t.LONG,),
-        ).fetchone()
-        if other:
-            self.refuse(f"another class has the number of {other[0]}")
-        names = ", ".join(column.name for column in t.cycle.c if column.name != "id")
-        new = f"SELECT id, {names} FROM part.cycle WHERE id < {t.LONG} AND {only}"
-        self.ask(f"INSERT OR IGNORE INTO main.cycle (id, {names}) {new}")
-        ours = dict(self.ask("SELECT word, id FROM main.cycle WHERE id >= ?", (t.LONG,)))
-        free = max(ours.values(), default=t.LONG - 1) + 1
-        for number, *row in self.ask(
-            f"SELECT id, {names} FROM part.cycle WHERE id >= ? AND {only}", (t.LONG,)
-        ).fetchall():
-            word = row[1]
-            if word not in ours:
-                ours[word] = free
-                self.ask(
-                    f"INSERT INTO main.cycle (id, {names}) VALUES (?, {', '.join('?' * len(row))})",
-                    (free, *row),
-                )
-                free += 1
-            self.ask("INSERT INTO temp.long VALUES (?, ?)", (number, ours[word]))
+        """Copy the classes that the target lacks."""
+        theirs = PART[t.cycle].c
+        differ = sa.and_(theirs.id < t.LONG, theirs.word != t.cycle.c.word)
+        if other := self.part.differing(t.cycle, ("id",), differ):
+            self.refuse(f"another class has the number of {other.word}")
+        self.part.copy_classes(self.chosen.of_p(PART[t.cycle]))
 
-    def runs(self) -> None:
-        """Copy the runs that wrote rows of the part, and number them as the target does."""
-        used = " UNION ".join(f"SELECT run FROM part.{table}" for table in _RUNS_OF)
-        for number, *row in self.ask(
-            f"SELECT id, started, version, parameters FROM part.run WHERE id IN ({used})"
-        ).fetchall():
-            same = "SELECT id FROM main.run WHERE (started, version, parameters) = (?, ?, ?)"
-            known = self.ask(same, row).fetchone()
-            if known is None:
-                known = self.ask(
-                    "INSERT INTO main.run (started, version, parameters) VALUES (?, ?, ?) RETURNING id", row
-                ).fetchone()
-            self.ask("INSERT INTO temp.ran VALUES (?, ?)", (number, *known))
-
-    def stadiums(self) -> Iterator[tuple[float, int, int]]:
-        """Yield each a of the part with its id there and in the target."""
-        for theirs, a in self.ask(
-            f"SELECT id, a FROM part.stadium WHERE {self.chosen.of_a('a')} ORDER BY a"
-        ).fetchall():
-            self.ask("INSERT OR IGNORE INTO main.stadium (a) VALUES (?)", (a,))
-            ((ours,),) = self.ask("SELECT id FROM main.stadium WHERE a = ?", (a,)).fetchall()
-            yield a, theirs, ours
+    def stadiums(self) -> Iterator[_Stadium]:
+        """Yield each a of the part, after storing it in the target."""
+        theirs, own = PART[t.stadium], t.stadium.c
+        chosen = self.chosen.of_a(theirs)
+        self.ask(
+            insert(t.stadium).prefix_with("OR IGNORE").from_select(["a"], select(theirs.c.a).where(chosen))
+        )
+        query = select(own.a, theirs.c.id, own.id).join_from(theirs, t.stadium, own.a == theirs.c.a)
+        yield from (_Stadium(*row) for row in self.ask(query.where(chosen).order_by(own.a)).all())
 
     # what is stored at an a
 
-    def orbits(self, a: float, theirs: int, ours: int) -> None:
-        """Copy the orbits that the target lacks, and the certificates of equal rows."""
-        cycle, only = _OWN.format("o.cycle"), self.chosen.of_p("c.p")
-        rows = "part.orbit o JOIN part.cycle c ON c.id = o.cycle"
-        own = f"m.stadium = {ours} AND m.cycle = {cycle}"
-        both = f"{rows} JOIN main.orbit m ON {own}"
-        chosen = f"WHERE o.stadium = {theirs} AND {only}"
-        beyond = " OR ".join(f"abs(m.{name} - o.{name}) > m.{error} + o.{error}" for name, error in _BOUNDED)
-        other = self.ask(
-            f"SELECT c.word FROM {both} {chosen} AND (m.status <> o.status OR {beyond})"
-        ).fetchone()
-        if other:
-            self.refuse(f"{other[0]} at a = {format_float(a)} has other numbers, beyond their error bounds")
-        new = f"FROM {rows} {chosen} AND NOT EXISTS (SELECT 1 FROM main.orbit m WHERE {own})"
-        ((words,),) = self.ask(f"SELECT ifnull(sum(c.class_size), 0) {new}").fetchall()
-        names = [column.name for column in t.orbit.c if column.name not in ("stadium", "cycle", "run")]
-        values = ", ".join(f"o.{name}" for name in names)
-        self.ask(
-            f"INSERT INTO main.orbit (stadium, cycle, run, {', '.join(names)}) "
-            f"SELECT {ours}, {cycle}, {_RUN}, {values} {new}"
+    def orbits(self, stadium: _Stadium) -> None:
+        """Copy the orbits that the target lacks."""
+        theirs, cycle, own = PART[t.orbit], PART[t.cycle].c, t.orbit.c
+        chosen = (theirs.c.stadium == stadium.theirs, self.chosen.of_p(theirs))
+        beyond = (
+            func.abs(own[name] - theirs.c[name]) > own[error] + theirs.c[error] for name, error in _BOUNDED
         )
-        equal = " AND ".join(f"m.{name} IS o.{name}" for name in names if name != "iterations")
-        proved = self.ask(
-            f"""INSERT OR IGNORE INTO main.certificate (stadium, cycle, radius, bits, version, run)
-            SELECT {ours}, {cycle}, p.radius, p.bits, p.version, {_RUN.replace("o.run", "p.run")}
-            FROM {both} JOIN part.certificate p ON p.stadium = o.stadium AND p.cycle = o.cycle
-            {chosen} AND {equal}"""
-        ).rowcount
-        self.add(a, words=words, other=several(proved, "certificate") if proved else "")
+        differ = sa.and_(*chosen, sa.or_(own.status != theirs.c.status, *beyond))
+        if other := self.part.differing(t.orbit, _KEY, differ, stadium=stadium.ours):
+            at = f"{self.part.word_of(other)} at a = {format_float(stadium.a)}"
+            self.refuse(f"{at} has other numbers, beyond their error bounds")
+        new = (*chosen, lacking(t.orbit, _KEY, stadium=stadium.ours))
+        sizes = select(func.sum(cycle.class_size)).join_from(
+            theirs, PART[t.cycle], cycle.id == theirs.c.cycle
+        )
+        self.add(stadium.a, words=self.connection.scalar(sizes.where(*new)) or 0)
+        self.part.copy(t.orbit, *new, stadium=stadium.ours)
 
-    def fills(self, a: float, theirs: int, ours: int) -> None:
+    def certificates(self, stadium: _Stadium) -> None:
+        """Copy the certificates of orbits whose rows are equal in both files."""
+        theirs, proof, own = PART[t.orbit], PART[t.certificate], t.orbit.c
+        values = {*own.keys()} - {"stadium", "cycle", "run", "iterations"}
+        equal = (own[name].is_not_distinct_from(theirs.c[name]) for name in sorted(values))
+        proved = (theirs.c.stadium == proof.c.stadium, theirs.c.cycle == proof.c.cycle)
+        pairs = theirs.join(t.orbit, same(t.orbit, _KEY, stadium=stadium.ours))
+        kept = sa.exists().select_from(pairs).where(*proved, *equal).correlate(proof)
+        at = (proof.c.stadium == stadium.theirs, self.chosen.of_p(proof))
+        count = self.part.copy(t.certificate, *at, kept, or_="IGNORE", stadium=stadium.ours)
+        self.add(stadium.a, other=several(count, "certificate") if count else "")
+
+    def fills(self, stadium: _Stadium) -> None:
         """Take the cursors and counts of periods that are further in the part."""
-        further = self.further("fill", theirs, ours)
+        further = self.further(t.fill, stadium)
         for p in further:
-            self.replace("fill", theirs, ours, p)
-        self.add(a, further)
+            self.replace(t.fill, p, stadium)
+        self.add(stadium.a, further)
 
-    def sweeps(self, a: float, theirs: int, ours: int) -> None:
+    def sweeps(self, stadium: _Stadium) -> None:
         """Copy the sweeps that are further in the part, with their blocks."""
-        counts = " OR ".join(f"m.{name} <> o.{name}" for name in t.TALLIED)
-        other = self.ask(
-            f"""SELECT o.p FROM part.sweep o JOIN main.sweep m ON m.stadium = {ours} AND m.p = o.p
-            WHERE o.stadium = {theirs} AND o.state = 'done' AND m.state = 'done' AND ({counts})"""
-        ).fetchone()
-        if other:
-            self.refuse(f"the sweep of period {other[0]} at a = {format_float(a)} has other counts")
-        further = self.further("sweep", theirs, ours)
-        for p in further:
-            self.ask(f"DELETE FROM main.sweep_block WHERE stadium = {ours} AND p = {p}")
-            self.replace("sweep", theirs, ours, p)
-            self.replace("sweep_block", theirs, ours, p)
-        if further:
-            self.add(a, other=f"{several(len(further), 'sweep')} ({written_periods(further)})")
-
-    def further(self, table: str, theirs: int | None = None, ours: int | None = None) -> list[int]:
-        """Return the periods of a table of cursors whose work has come further in the part."""
-        query = f"SELECT p, state, cursor FROM {{}}.{table} WHERE {{}} AND {self.chosen.of_p('p')}"
-        at = [f"stadium = {number}" if number is not None else "1" for number in (theirs, ours)]
-        stored = {p: _reached(state, cursor) for p, state, cursor in self.ask(query.format("main", at[1]))}
-        rows = self.ask(query.format("part", at[0]) + " ORDER BY p").fetchall()
-        return [p for p, state, cursor in rows if _reached(state, cursor) > stored.get(p, _NOT_BEGUN)]
-
-    def replace(self, table: str, theirs: int | None, ours: int | None, p: int) -> None:
-        """Replace the rows of a period in a table by those of the part."""
-        own = {"stadium": str(ours), "run": _RUN}
-        names = [column.name for column in t.TABLES[table].c]
-        values = ", ".join(own.get(name, f"o.{name}") for name in names)
-        at = "" if theirs is None else f" AND o.stadium = {theirs}"
-        self.ask(
-            f"INSERT OR REPLACE INTO main.{table} ({', '.join(names)}) "
-            f"SELECT {values} FROM part.{table} o WHERE o.p = {p}{at}"
+        theirs, own, block = PART[t.sweep].c, t.sweep.c, t.sweep_block.c
+        counts = sa.or_(*(own[name] != theirs[name] for name in t.TALLIED))
+        differ = sa.and_(
+            theirs.stadium == stadium.theirs, theirs.state == t.DONE, own.state == t.DONE, counts
         )
+        if other := self.part.differing(t.sweep, ("stadium", "p"), differ, stadium=stadium.ours):
+            self.refuse(f"the sweep of period {other.p} at a = {format_float(stadium.a)} has other counts")
+        further = self.further(t.sweep, stadium)
+        for p in further:
+            self.ask(sa.delete(t.sweep_block).where(block.stadium == stadium.ours, block.p == p))
+            self.replace(t.sweep, p, stadium)
+            self.replace(t.sweep_block, p, stadium)
+        if further:
+            self.add(stadium.a, other=f"{several(len(further), 'sweep')} ({written_periods(further)})")
 
-    def trajectories(self, a: float, theirs: int, ours: int) -> None:
+    def further(self, table: Table, stadium: _Stadium | None = None) -> list[int]:
+        """Return the periods of a table of cursors whose work has come further in the part."""
+
+        def reached(source: FromClause, stadium: int | None) -> dict[int, float]:
+            at = sa.true() if stadium is None else source.c.stadium == stadium
+            query = select(source.c.p, source.c.state, source.c.cursor).order_by(source.c.p)
+            rows = self.ask(query.where(at, self.chosen.of_p(source)))
+            return {p: _reached(state, cursor) for p, state, cursor in rows}
+
+        stored = reached(table, stadium and stadium.ours)
+        rest = reached(PART[table], stadium and stadium.theirs)
+        return [p for p, far in rest.items() if far > stored.get(p, _NOT_BEGUN)]
+
+    def replace(self, table: Table, p: int, stadium: _Stadium | None = None) -> None:
+        """Replace the rows of a period in a table by those of the part."""
+        theirs = PART[table].c
+        if stadium is None:
+            self.part.copy(table, theirs.p == p, or_="REPLACE")
+        else:
+            at = (theirs.p == p, theirs.stadium == stadium.theirs)
+            self.part.copy(table, *at, or_="REPLACE", stadium=stadium.ours)
+
+    def trajectories(self, stadium: _Stadium) -> None:
         """Copy the averages over trajectories that the target lacks."""
-        names = [column.name for column in t.trajectory.c if column.name not in ("id", "stadium", "run")]
-        same = " AND ".join(f"m.{name} = o.{name}" for name in names)
-        values = ", ".join(f"o.{name}" for name in names)
-        added = self.ask(
-            f"""INSERT INTO main.trajectory (stadium, run, {", ".join(names)})
-            SELECT {ours}, {_RUN}, {values} FROM part.trajectory o WHERE o.stadium = {theirs}
-            AND NOT EXISTS (SELECT 1 FROM main.trajectory m WHERE m.stadium = {ours} AND {same})"""
-        ).rowcount
+        values = {*t.trajectory.c.keys()} - {"id", "run"}
+        new = lacking(t.trajectory, values, stadium=stadium.ours)
+        at = PART[t.trajectory].c.stadium == stadium.theirs
+        added = self.part.copy(t.trajectory, at, new, id=None, stadium=stadium.ours)
         if added:
-            self.add(a, other=f"{several(added, 'average')} over trajectories")
+            self.add(stadium.a, other=f"{several(added, 'average')} over trajectories")
 
     def bounds_agree(self) -> None:
         """Refuse bounds that exclude those of the target."""
-        other = self.ask(
-            "SELECT a FROM part.entropy_bound o JOIN main.entropy_bound m USING (a) "
-            "WHERE m.lower > o.upper OR o.lower > m.upper"
-        ).fetchone()
-        if other:
-            self.refuse(f"the bounds on the entropy at a = {format_float(other[0])} exclude one another")
+        theirs, own = PART[t.entropy_bound].c, t.entropy_bound.c
+        apart = sa.or_(own.lower > theirs.upper, theirs.lower > own.upper)
+        if other := self.part.differing(t.entropy_bound, ("a",), apart):
+            self.refuse(f"the bounds on the entropy at a = {format_float(other.a)} exclude one another")
 
-    def of_a(self, table: str, noun: str) -> None:
+    def of_a(self, table: Table, noun: str) -> None:
         """Copy the rows of a table with a column a that the target lacks."""
-        names = [column.name for column in t.TABLES[table].c]
-        key = [column.name for column in t.TABLES[table].primary_key]
-        values = ", ".join(_RUN if name == "run" else f"o.{name}" for name in names)
-        same = " AND ".join(f"m.{name} = o.{name}" for name in key)
-        new = f"""FROM part.{table} o WHERE {self.chosen.of_a("o.a")}
-            AND NOT EXISTS (SELECT 1 FROM main.{table} m WHERE {same})"""
-        for a, count in self.ask(f"SELECT o.a, count(*) {new} GROUP BY o.a").fetchall():
+        theirs = PART[table]
+        new = (self.chosen.of_a(theirs), lacking(table, table.primary_key.columns.keys()))
+        counts = select(theirs.c.a, func.count()).where(*new).group_by(theirs.c.a)
+        for a, count in self.ask(counts).all():
             self.add(a, other=several(count, noun))
-        self.ask(f"INSERT INTO main.{table} ({', '.join(names)}) SELECT {values} {new}")
+        self.part.copy(table, *new)
 
     def levels(self) -> None:
         """Copy the levels of ranges of k that the target lacks."""
-        agree = """SELECT a, parity, number FROM part.level o JOIN main.level m USING (a, parity, number)
-            WHERE abs(m.k - o.k) > m.error + o.error"""
-        if other := self.ask(agree).fetchone():
-            self.refuse(f"level {other[2]} of parity {other[1]} at a = {format_float(other[0])} differs")
-        columns = "a, parity, low, high, below, seconds, run"
-        windows = self.ask(f"SELECT {columns} FROM part.level_fill WHERE {self.chosen.of_a('a')}").fetchall()
+        theirs, own = PART[t.level].c, t.level.c
+        differ = func.abs(own.k - theirs.k) > own.error + theirs.error
+        if other := self.part.differing(t.level, ("a", "parity", "number"), differ):
+            where = f"parity {other.parity} at a = {format_float(other.a)}"
+            self.refuse(f"level {other.number} of {where} differs")
+        fill = PART[t.level_fill]
         added: dict[float, int] = {}
-        for window in windows:
-            added[window[0]] = added.get(window[0], 0) + self.window(*window)
+        for window in self.ask(select(fill).where(self.chosen.of_a(fill))).mappings().all():
+            added[window["a"]] = added.get(window["a"], 0) + self.window(window)
         for a, count in added.items():
             self.add(a, other=several(count, "level") if count else "")
 
-    def window(
-        self, a: float, parity: str, low: float, high: float, below: int, seconds: float, run: int
-    ) -> int:
+    def window(self, window: RowMapping) -> int:
         """Copy the levels of what the target lacks of a range of k, and return their number."""
-        at, inside, copied = (a, parity), "a = ? AND parity = ? AND k >= ? AND k < ?", 0
-        stored = self.ask("SELECT low, high FROM main.level_fill WHERE a = ? AND parity = ? ORDER BY low", at)
-        for start, end in _uncovered(stored.fetchall(), low, high):
-            before = self.ask(f"SELECT count(*) FROM part.level WHERE {inside}", (*at, low, start)).fetchone()
-            self.ask(
-                "INSERT INTO main.level_fill (a, parity, low, high, below, seconds, run) "
-                "VALUES (?, ?, ?, ?, ?, ?, (SELECT own FROM temp.ran WHERE part = ?))",
-                (*at, start, end, below + before[0], seconds * (end - start) / (high - low), run),
-            )
-            columns = "a, parity, number, k, error"
-            new = f"SELECT {columns} FROM part.level WHERE {inside}"
-            copied += self.ask(f"INSERT INTO main.level ({columns}) {new}", (*at, start, end)).rowcount
+        theirs, fill, own = PART[t.level].c, PART[t.level_fill].c, t.level_fill.c
+        low, high = window["low"], window["high"]
+        this = [fill[name] == window[name] for name in ("a", "parity", "low")]
+        here = [theirs[name] == window[name] for name in ("a", "parity")]
+        stored = select(own.low, own.high).where(*(own[name] == window[name] for name in ("a", "parity")))
+        copied = 0
+        for start, end in _uncovered(self.ask(stored.order_by(own.low)).all(), low, high):
+            before = select(func.count()).where(*here, theirs.k >= low, theirs.k < start)
+            below = window["below"] + (self.connection.scalar(before) or 0)
+            seconds = window["seconds"] * (end - start) / (high - low)
+            self.part.copy(t.level_fill, *this, low=start, high=end, below=below, seconds=seconds)
+            copied += self.part.copy(t.level, *here, theirs.k >= start, theirs.k < end)
         return copied
 
     # what does not depend on a
 
     def births(self) -> None:
         """Copy the births and deaths of periods that are further in the part."""
-        differ = f"""SELECT c.word FROM part.change o JOIN part.cycle c ON c.id = o.cycle
-            JOIN main.change m ON m.cycle = {_OWN.format("o.cycle")} AND m.number = o.number
-            WHERE m.kind <> o.kind OR abs(m.a - o.a) > m.error + o.error LIMIT 1"""
-        if other := self.ask(differ).fetchone():
-            self.refuse(f"births or deaths of {other[0]} differ")
-        further = self.further("birth_fill")
-        names = [column.name for column in t.change.c if column.name not in ("cycle", "run")]
+        theirs, own, cycle = PART[t.change], t.change.c, PART[t.cycle]
+        differ = sa.or_(own.kind != theirs.c.kind, func.abs(own.a - theirs.c.a) > own.error + theirs.c.error)
+        if other := self.part.differing(t.change, ("cycle", "number"), differ):
+            self.refuse(f"births or deaths of {self.part.word_of(other)} differ")
+        further = self.further(t.birth_fill)
         for p in further:
-            own = f"(SELECT id FROM {{}}.cycle WHERE p = {p})"
-            self.ask(f"DELETE FROM main.change WHERE cycle IN {own.format('main')}")
-            values = ", ".join(f"o.{name}" for name in names)
-            self.ask(
-                f"""INSERT INTO main.change (cycle, run, {", ".join(names)})
-                SELECT {_OWN.format("o.cycle")}, {_RUN}, {values}
-                FROM part.change o WHERE o.cycle IN {own.format("part")}"""
-            )
-            self.replace("birth_fill", None, None, p)
+            self.ask(sa.delete(t.change).where(own.cycle.in_(select(t.cycle.c.id).where(t.cycle.c.p == p))))
+            self.part.copy(t.change, theirs.c.cycle.in_(select(cycle.c.id).where(cycle.c.p == p)))
+            self.replace(t.birth_fill, p)
         if further:
             self.add(None, other=f"births ({written_periods(further)})")
 
     def pruned(self) -> None:
         """Copy the geometrically pruned words that the target lacks."""
-        last = f"(SELECT min(min(id), {-t.LONG}) - 1 FROM main.pruned)"
-        number = f"CASE WHEN id > {-t.LONG} THEN id ELSE {last} - row_number() OVER () END"
-        added = self.ask(
-            f"""INSERT INTO main.pruned (id, p, word, rules)
-            SELECT {number}, p, word, rules FROM part.pruned o WHERE {self.chosen.of_p("p")}
-            AND NOT EXISTS (SELECT 1 FROM main.pruned m WHERE m.p = o.p AND m.word = o.word)"""
-        ).rowcount
-        for p in self.further("pruned_fill"):
-            self.replace("pruned_fill", None, None, p)
+        theirs = PART[t.pruned]
+        short = theirs.c.id > -t.LONG
+        new = (self.chosen.of_p(theirs), lacking(t.pruned, ("p", "word")))
+        added = self.part.copy(t.pruned, *new, short)
+        for number, p, word in self.ask(
+            select(theirs.c.id, theirs.c.p, theirs.c.word).where(*new, ~short)
+        ).all():
+            (own,) = t.pruned_ids(self.connection, p, [word])
+            added += self.part.copy(t.pruned, theirs.c.id == number, id=own)
+        for p in self.further(t.pruned_fill):
+            self.replace(t.pruned_fill, p)
         if added:
             self.add(None, other=several(added, "geometrically pruned word"))
 
 
-@contextmanager
-def _temporary(ask: Callable[..., Any]) -> Iterator[None]:
-    """Make tables of the chosen a, and of which number of the part is which of the target; remove them."""
-    numbers = "part INTEGER PRIMARY KEY, own INTEGER NOT NULL"
-    tables = {"long": numbers, "ran": numbers, "chosen": "a REAL"}
-    for name, contents in tables.items():
-        ask(f"CREATE TEMP TABLE {name} ({contents})")
-    try:
-        yield
-    finally:
-        for name in tables:
-            ask(f"DROP TABLE temp.{name}")
-
+_KEY = ("stadium", "cycle")
+"""The key of an orbit."""
 
 _BOUNDED = (
     *(("length", "length_error"), ("lyapunov", "lyapunov_error"), ("area", "area_error")),

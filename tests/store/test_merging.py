@@ -11,6 +11,7 @@ import pytest
 from contents import alter, ask, begin_sweep
 
 from orbitdb import Catalogue, InputError, StoreError
+from orbitdb.open_stadium import rates
 from orbitdb.store import merging
 from orbitdb.store.tables import PAGE_SIZE
 
@@ -135,8 +136,25 @@ def test_a_fill_that_came_further_replaces_a_shorter_one(filled, tmp_path, begin
     assert target.verify(p=9, sample=50).sound
 
 
-def own_copy(path):
-    return path.with_name("copy.db")
+def opened(catalogue, a=1.0):
+    return catalogue.escape("top:-0.3:0.3", trajectories=100, bounces=5, a=a)
+
+
+def test_open_stadiums_are_merged(tmp_path, monkeypatch):
+    monkeypatch.setattr(rates, "GRIDS", (40, 60))
+    first, second, target = (Catalogue.create(tmp_path / name) for name in ("1.db", "2.db", "all.db"))
+    made = [opened(first), opened(second), opened(second, a=2.0)]
+    added = target.merge([first.path, second.path])
+    assert [(each.part, each.a, each.other) for each in added] == [
+        ("1.db", 1.0, "1 open stadium"),
+        ("2.db", 2.0, "1 open stadium"),
+    ]
+    monkeypatch.setattr("orbitdb.filling.escapes.find_escape", lambda *_: pytest.fail("computed again"))
+    read = opened(target)
+    assert (read.rates(), read.columns("time")) == (made[0].rates(), made[0].columns("time"))
+    query = "SELECT started, parameters FROM run JOIN open_stadium ON run = id WHERE a = 1"
+    assert ask(target.path, query) == ask(first.path, query)
+    assert target.merge([first.path, second.path]) == []
 
 
 CONTRADICTIONS = {
