@@ -876,7 +876,7 @@ class Catalogue:
         StoreError
             If the disk has no room, or the file cannot be written.
         """
-        from orbitdb.output_files import check_space, check_target, complete
+        from orbitdb.output_files import atomic_file, check_space, check_target
         from orbitdb.store.file import copy_into, size_of
         from orbitdb.store.merging import EVERYTHING, Choice, copy_part
 
@@ -885,12 +885,12 @@ class Catalogue:
         chosen = Choice(tuple(Stadium(one).a for one in values), Selection.from_criteria(p=p).periods)
         check_target(path, force)
         if chosen != EVERYTHING:
-            with complete(path) as draft:
+            with atomic_file(path) as draft:
                 copy_part(self._present("a part").path, draft, chosen)
             return
         with self._reading() as connection:
             check_space(path, size_of(connection), "the copy takes")
-            with complete(path) as draft:
+            with atomic_file(path) as draft:
                 copy_into(connection, draft)
 
     def identify(
@@ -1228,7 +1228,7 @@ class Catalogue:
 
         If `file` is given, which is what `check_writable` returned before the work, only that file gets it.
         """
-        from orbitdb.filling.escapes import keep_found
+        from orbitdb.filling.find_escape import keep_found
         from orbitdb.filling.simulate import keep_simulated
         from orbitdb.trajectories.ensemble import Reference
 
@@ -1277,7 +1277,7 @@ class Catalogue:
         >>> round(found.measure, 6), round(found.c1, 5), round(found.rate_leg, 3)
         (0.047307, 0.24304, 0.117)
         """
-        from orbitdb.filling.escapes import find_escape
+        from orbitdb.filling.find_escape import find_escape
         from orbitdb.open_stadium.question import Question
         from orbitdb.store.stored_values import stored_escape
 

@@ -129,12 +129,12 @@ def write_file(path: Path, form: str, columns: Sequence[str], rows: Iterable[Any
     """
     if form in TEXT_WRITERS:
         described = dict(metadata) | {"columns": {name: kind_of(name) for name in columns}}
-        with complete(path) as data, complete(metadata_path(path), path) as beside:
+        with atomic_file(path) as data, atomic_file(metadata_path(path), path) as beside:
             with open(data, "w", encoding="utf-8", newline="") as file:
                 count = TEXT_WRITERS[form](file, columns, rows)
             beside.write_text(json.dumps(described, indent=2) + "\n", encoding="utf-8")
         return count
-    with complete(path) as data, open(data, "wb") as binary:
+    with atomic_file(path) as data, open(data, "wb") as binary:
         return write_parquet(binary, columns, rows, metadata)
 
 
@@ -290,7 +290,7 @@ def _runs(process: int) -> bool:
 
 
 @contextmanager
-def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
+def atomic_file(path: Path, wanted: Path | None = None) -> Iterator[Path]:
     """Yield a temporary path in the same folder, and rename the file to `path` once it is complete.
 
     A path that cannot be written is refused at once (`check_target`). A link stays: the file to which it
@@ -316,7 +316,7 @@ def complete(path: Path, wanted: Path | None = None) -> Iterator[Path]:
 
 
 @contextmanager
-def complete_folder(path: Path) -> Iterator[Path]:
+def atomic_folder(path: Path) -> Iterator[Path]:
     """Yield a temporary folder; move it to `path` at the end, or remove it after a failure.
 
     A folder that it replaces is deleted last, so that one of the two is always whole. Raises `StoreError` if

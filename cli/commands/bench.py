@@ -58,7 +58,7 @@ def bench(
 def _compare(p: int, stadium: "Stadium", output: Output, picture: Path | None) -> None:
     """Compare the methods for one period, and draw the diagram if requested."""
     from orbitdb.benchmarks.work_precision import WorkPrecision, sample, work_precision
-    from orbitdb.output_files import FIGURES, check_target, complete, form_of
+    from orbitdb.output_files import FIGURES, atomic_file, check_target, form_of
 
     title = f"p = {p} at a = {format_float(stadium.a)}"
     if picture is not None:
@@ -71,7 +71,7 @@ def _compare(p: int, stadium: "Stadium", output: Output, picture: Path | None) -
     if picture is None:
         note(f"{title}: times are in seconds, errors of length and lambda are relative")
         return
-    with complete(picture) as draft:
+    with atomic_file(picture) as draft:
         style.save(load_function("work_precision.work_precision")(rows, title), draft, ending, title)
     note(f"{title}, in {picture}")
 

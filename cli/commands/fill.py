@@ -303,7 +303,7 @@ def births(
         _fill_births(periods, db, jobs)
     with Catalogue(db).snapshot() as then:
         fills = [fill for fill in then.birth_fills() if fill.p in periods]
-        whole = [fill for fill in fills if fill.complete]
+        whole = [fill for fill in fills if fill.done]
         ended = [row for fill in whole for row in then.births(fill.p).ended()] if deaths else []
     notes(line for fill in fills for line in fill.notes)
     if deaths and whole:

@@ -186,14 +186,14 @@ def _refuse_others(
 
 
 def _write(made: "Picture", output: Path, ending: str, dpi: int) -> None:
-    from orbitdb.output_files import STDOUT, complete
+    from orbitdb.output_files import STDOUT, atomic_file
     from orbitdb.plots import style
 
     label = str(made.get_label())
     if output == STDOUT:
         sys.stdout.buffer.write(style.as_bytes(made, ending, label, dpi))
         return
-    with progress("drawing"), complete(output) as draft:
+    with progress("drawing"), atomic_file(output) as draft:
         style.save(made, draft, ending, label, dpi)
     note(f"{label}, in {output}")
 

@@ -182,7 +182,7 @@ class CountsScreen(OwnScreen[str | None]):
         with self._catalogue.snapshot(cancelled) as then:
             tallies = {name: then.count(chosen, by=[name]) for name in _BY}
             fills = then.fills(a=chosen.a)
-        partly = ", ".join(str(fill.p) for fill in fills if chosen.includes(fill.p) and not fill.complete)
+        partly = ", ".join(str(fill.p) for fill in fills if chosen.includes(fill.p) and not fill.done)
         groups = {name: counts_by(name, counted) for name, counted in tallies.items()}
         return groups, f"partial periods: {partly}" if partly else ""
 

@@ -19,7 +19,7 @@ from orbitdb.columns import WRITTEN
 from orbitdb.display import load
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.output_files import FIGURES, FORMATS, TEXT_WRITERS, complete
+from orbitdb.output_files import FIGURES, FORMATS, TEXT_WRITERS, atomic_file
 from orbitdb.plots.registry import load_function
 from orbitdb.plots.svg import orbit_svg
 from orbitdb.store.selection import Selection
@@ -85,7 +85,7 @@ def write_rows(
         if path.suffix == ".parquet":
             count = listing.write(path, force=True)
         else:
-            with complete(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
+            with atomic_file(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
                 count = TEXT_WRITERS[path.suffix[1:]](file, WRITTEN, listing)
         return "; ".join([f"{count:,} rows written to {path}", *listing.gaps])
 
@@ -100,7 +100,7 @@ def save_orbit(orbit: Orbit | None, in_phase_space: bool, path: Path) -> str:
         return save_figure("orbits.orbit", [orbit], path)
     code = code_text(orbit.code)
     title = f"The orbit {code} at a = {format_float(orbit.a)}"
-    with complete(path) as draft:
+    with atomic_file(path) as draft:
         drawn = orbit_svg(Stadium(orbit.a), orbit.points, orbit.code, title, _WIDTH)
         draft.write_text(drawn + "\n", encoding="utf-8")
     return f"{code} drawn in {path}"
@@ -111,6 +111,6 @@ def save_figure(name: str, arguments: Sequence[Any], path: Path) -> str:
     style = load("orbitdb.plots.style", "a figure", "plot")
     figure = load_function(name)(*arguments)
     title = str(figure.get_label())
-    with complete(path) as draft:
+    with atomic_file(path) as draft:
         style.save(figure, draft, path.suffix[1:], title)
     return f"{title} drawn in {path}"

@@ -14,7 +14,7 @@ from textual.cache import LRUCache
 from orbitdb.catalogue import Catalogue
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import DeletedError, InputError, StoreError
-from orbitdb.output_files import complete
+from orbitdb.output_files import atomic_file
 from orbitdb.store.select import Words, row_key_of, row_keys_of, rows_at, rows_of
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation, parse_primitive
@@ -227,7 +227,7 @@ class Kept:
         if usable and self.path is not None:
             try:
                 self.path.parent.mkdir(parents=True, exist_ok=True)
-                with complete(self.path) as draft:
+                with atomic_file(self.path) as draft:
                     draft.write_text(json.dumps(asdict(self.state), indent=1) + "\n", encoding="utf-8")
             except (OSError, StoreError, InputError) as error:
                 self._complain(f"{error}: your choice lasts for this session only")

@@ -20,7 +20,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import load
 from orbitdb.errors import InputError
 from orbitdb.orbits.status import Status
-from orbitdb.output_files import complete
+from orbitdb.output_files import atomic_file
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.plane import symbol_plane
 from orbitdb.symbols.symmetry import members
@@ -87,7 +87,7 @@ def write_atlas(path: Path, subset: Subset, provenance: Mapping[str, Any]) -> in
     if len(subset) > MOST:
         raise InputError(f"an atlas has at most {MOST:,} classes, not {len(subset):,}: choose fewer")
     text = _page(subset, provenance)
-    with complete(path) as draft:
+    with atomic_file(path) as draft:
         draft.write_text(text, encoding="utf-8")
     return len(subset)
 

@@ -139,12 +139,12 @@ class Coverage:
     @property
     def filled(self) -> list[int]:
         """The chosen periods that are completely filled, in ascending order."""
-        return [fill.p for fill in self.fills if fill.complete and self.chosen.includes(fill.p)]
+        return [fill.p for fill in self.fills if fill.done and self.chosen.includes(fill.p)]
 
     @property
     def partial(self) -> list[int]:
         """The chosen periods that are only partly stored; lists include their words."""
-        return [fill.p for fill in self.fills if not fill.complete and self.chosen.includes(fill.p)]
+        return [fill.p for fill in self.fills if not fill.done and self.chosen.includes(fill.p)]
 
     def without_births(self, names: Sequence[str] = (), order: str = "p") -> list[int]:
         """Return the chosen periods that are filled, but whose births are needed and not stored.
@@ -213,7 +213,7 @@ class Coverage:
         of_orbits = chosen.statuses == (Status.ORBIT,)
         for fill in self.fills if of_orbits or not chosen.statuses else ():
             counted = fill.n_c if of_orbits else fill.words
-            if fill.complete and chosen.includes(fill.p) and counted:
+            if fill.done and chosen.includes(fill.p) and counted:
                 raise AlteredError(f"period {fill.p} is filled, but the rows of its {counted} words are gone")
 
     def complete(self, order: str = "p") -> str | None:
@@ -257,7 +257,7 @@ class Coverage:
 
     def _elsewhere(self) -> str:
         """Return, in parentheses, which periods are filled at this a and which other a have fills, or ''."""
-        whole, a = [fill.p for fill in self.fills if fill.complete], self.chosen.a
+        whole, a = [fill.p for fill in self.fills if fill.done], self.chosen.a
         others = sorted(
             (other for other in self.stored.filled_at if other != a), key=lambda other: abs(other - a)
         )
@@ -335,7 +335,7 @@ def gaps_at(connection: Connection, chosen: Sequence[Selection], everywhere: boo
 
 def periods_with_births(connection: Connection) -> list[int]:
     """Return the periods whose births and deaths are all stored, in ascending order."""
-    return [fill.p for fill in read_birth_fills(connection) if fill.complete]
+    return [fill.p for fill in read_birth_fills(connection) if fill.done]
 
 
 def counts(coverage: Coverage) -> Counted:
@@ -353,9 +353,9 @@ def counts(coverage: Coverage) -> Counted:
 
     names = ("n_t", "n_c", "classes", "boundary", "unresolved")
     tallies = {
-        fill.p: Tally(*(getattr(fill, name) for name in names)) for fill in coverage.fills if fill.complete
+        fill.p: Tally(*(getattr(fill, name) for name in names)) for fill in coverage.fills if fill.done
     }
-    sweeps = [sweep for sweep in coverage.stored.sweeps if sweep.complete and sweep.p not in tallies]
+    sweeps = [sweep for sweep in coverage.stored.sweeps if sweep.done and sweep.p not in tallies]
     tallies |= {sweep.p: sweep.tally for sweep in sweeps}
     born = [p for p in coverage.stored.born if p not in tallies]
     chosen = tuple(sorted(p for p in (*tallies, *born) if selection.includes(p)))
@@ -380,7 +380,7 @@ def no_orbits(a: float) -> NotStoredError:
 
 def highest_filled(fills: Sequence[Fill], chosen: Selection) -> int:
     """Return the highest p such that 2 to p are chosen, filled and without unresolved words; or 1."""
-    filled = {fill.p for fill in fills if fill.complete and not fill.unresolved and chosen.includes(fill.p)}
+    filled = {fill.p for fill in fills if fill.done and not fill.unresolved and chosen.includes(fill.p)}
     highest = 1
     while highest + 1 in filled:
         highest += 1
@@ -443,7 +443,7 @@ def _of_any(what: str, chosen: Selection) -> str:
 
 def describe_fills(fills: Sequence[Fill], a: float) -> str:
     """Return a short text that says which periods are filled at the given a."""
-    whole, partial = ([fill.p for fill in fills if fill.complete is state] for state in (True, False))
+    whole, partial = ([fill.p for fill in fills if fill.done is state] for state in (True, False))
     parts = [written_periods(whole)] if whole else []
     parts += [f"part of {written_periods(partial)}"] if partial else []
     return f"{' and '.join(parts) or 'no complete period'} at a = {format_float(a)}"

@@ -31,7 +31,7 @@ from orbitdb.columns import (
 )
 from orbitdb.errors import ExportError, StoreError
 from orbitdb.open_stadium.escape import AT, RATES, Escape
-from orbitdb.output_files import check_space, complete_folder, write_csv, write_parquet
+from orbitdb.output_files import atomic_folder, check_space, write_csv, write_parquet
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import check_replaced
@@ -154,7 +154,7 @@ def write_dataset(
     selection = chosen[0].describe(sorted({subset.a for subset, _, _ in subsets}), total)
     orbits = (_orbits(connection, *subset) for subset in subsets)
     filled = {fill.p for _, fill, _ in subsets}
-    with complete_folder(folder) as draft:
+    with atomic_folder(folder) as draft:
         tables = chain(orbits, _others(connection, chosen, filled))
         resources = _write_tables(draft, tables, total, tell)
         version = f"1.0.0+{hashlib.sha256(json.dumps(resources).encode()).hexdigest()[:12]}"

@@ -188,9 +188,9 @@ class FieldOrbits(Table, Drawn):
         entries = zip(self.code.tolist(), self.kappa.tolist(), self._bounces, strict=True)
         for code, kappa, of_entry in entries:
             if of_entry is not None:
-                points, sine, places = of_entry
+                points, sine, coordinates = of_entry
                 symbols = from_strings([code])[0]
-                columns = (symbols, places, *points.T, stadium.arclength(symbols, places), sine,
+                columns = (symbols, coordinates, *points.T, stadium.arclength(symbols, coordinates), sine,
                            *symbol_plane(symbols[None])[0].T)  # fmt: skip
                 rows = zip(*(column.tolist() for column in columns), strict=True)
                 yield from ((code, kappa, number, *row) for number, row in enumerate(rows, 1))
@@ -372,11 +372,11 @@ def _follow_period(stadium: Stadium, words: Words, kappas: Floats) -> dict[str, 
     """Follow words of one period, shape (N, p), to K curvatures; return the columns, shape (N K,)."""
     senses = _BothSenses.of(words)
     followed_words, sign = senses.least[senses.rows], senses.sign
-    places, at = solve_in_doubles(senses.least, stadium).coordinates[senses.rows], 0.0
+    coordinates, at = solve_in_doubles(senses.least, stadium).coordinates[senses.rows], 0.0
     numbers: dict[float, dict[str, Any]] = {}
     for size in np.unique(np.abs(kappas)).tolist():
-        followed = follow_in_field(stadium, followed_words, places, sign * at, sign * size)
-        places, at = followed.coordinates, size
+        followed = follow_in_field(stadium, followed_words, coordinates, sign * at, sign * size)
+        coordinates, at = followed.coordinates, size
         found = measure(stadium, followed_words, followed, sign * size)
         if size == 0:  # words without a fixed point to start from are proved to be no orbits
             found.status[found.status == FieldStatus.UNRESOLVED.value] = FieldStatus.JOINT.value

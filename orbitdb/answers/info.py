@@ -73,11 +73,11 @@ def _periods(connection: Connection, a: float) -> list[tuple[Any, ...]]:
     """Return one row per filled or swept period at a given a."""
     fills = read_fills(connection, a)
     rows = [(a, *_OF_FILL(fill)) for fill in fills]
-    filled = {fill.p for fill in fills if fill.complete}
+    filled = {fill.p for fill in fills if fill.done}
     for sweep in read_sweeps(connection, a):
         if sweep.p not in filled:
-            counts = _OF_TALLY(sweep.tally) if sweep.complete else (None,) * 4
-            state = "swept" if sweep.complete else "sweeping"
+            counts = _OF_TALLY(sweep.tally) if sweep.done else (None,) * 4
+            state = "swept" if sweep.done else "sweeping"
             rows.append((a, sweep.p, state, 0, *counts, sweep.seconds, None, sweep.processor, None))
     return rows
 

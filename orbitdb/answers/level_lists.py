@@ -96,7 +96,7 @@ def read_spectrum(
         length=x,
         orbits=orbits,
         quantum=None if compared is None else of_levels(compared[0], x, *ends, stadium, of),
-        complete=complete if of is None else complete / 2,  # because half orbits contribute
+        complete_length=complete if of is None else complete / 2,  # because half orbits contribute
         terms=Terms._make(map(np.concatenate, parts)),
         codes=codes,
         missing=largest_amplitude(least_exponent(highest, stadium.a), float(x[-1]), of),

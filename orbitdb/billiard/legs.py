@@ -352,5 +352,5 @@ def coordinates(legs: Legs, a: float, alpha: Floats) -> Floats:
     steps = np.concatenate([2 * legs.d * half_turns(legs, alpha), side * 2 * (near + far)])
     run, place, straight = legs.bounces
     entry = (run + m * straight) * n_words + np.arange(n_words)
-    places: Floats = (table.ravel()[entry] + place * steps.ravel()[entry]).T
-    return np.ascontiguousarray(places)
+    found: Floats = (table.ravel()[entry] + place * steps.ravel()[entry]).T
+    return np.ascontiguousarray(found)

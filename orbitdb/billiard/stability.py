@@ -126,8 +126,8 @@ class Links:
     @classmethod
     def of(cls, stadium: Stadium, words: Words, coordinates: Floats) -> "Links":
         """Measure the links of closed paths, which need not be orbits."""
-        symbols, places = np.ascontiguousarray(words.T), np.ascontiguousarray(coordinates.T)
-        (x, y), (along_x, along_y) = stadium.frames(symbols, places)  # bounces first: faster shifts
+        symbols, coordinates = np.ascontiguousarray(words.T), np.ascontiguousarray(coordinates.T)
+        (x, y), (along_x, along_y) = stadium.frames(symbols, coordinates)  # bounces first: faster shifts
         step_x, step_y = following(x) - x, following(y) - y
         path = np.sqrt(step_x**2 + step_y**2)
         ahead_x, ahead_y = step_x / path, step_y / path

@@ -97,7 +97,7 @@ def filled_periods(path: Path, a: float) -> set[int]:
     if check_file(path) != SCHEMA_VERSION:
         return set()
     with reading(path) as connection:
-        return {fill.p for fill in read_fills(connection, a) if fill.complete}
+        return {fill.p for fill in read_fills(connection, a) if fill.done}
 
 
 def need_of_pruned(path: Path, periods: Sequence[int], jobs: int) -> Need:

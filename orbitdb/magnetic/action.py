@@ -59,10 +59,10 @@ class ArcPaths(Batch):
     cosine: Floats
 
     @classmethod
-    def of(cls, stadium: Stadium, symbols: Words, places: Floats, kappa: Floats) -> "ArcPaths":
+    def of(cls, stadium: Stadium, symbols: Words, coordinates: Floats, kappa: Floats) -> "ArcPaths":
         """Join bounces with the given symbols and coordinates, each of shape (p, N), by arcs."""
-        (x, y), along = stadium.frames(symbols, places)
-        bend = -SIDE[symbols] * np.cos(places), np.where(STRAIGHT[symbols], 0.0, -y)
+        (x, y), along = stadium.frames(symbols, coordinates)
+        bend = -SIDE[symbols] * np.cos(coordinates), np.where(STRAIGHT[symbols], 0.0, -y)
         step_x, step_y = following(x) - x, following(y) - y
         chord = np.sqrt(step_x**2 + step_y**2)
         sine = kappa * chord / 2

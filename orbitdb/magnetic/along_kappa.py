@@ -69,60 +69,64 @@ def follow_in_field(
     return FollowedWords(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _follow(stadium: Stadium, symbols: Words, places: Floats, start: Floats, end: Floats) -> FollowedWords:
-    places, kappa = places.copy(), start.copy()
-    velocity = _newton_step(stadium, symbols, places, kappa)[1]
+def _follow(
+    stadium: Stadium, symbols: Words, coordinates: Floats, start: Floats, end: Floats
+) -> FollowedWords:
+    coordinates, kappa = coordinates.copy(), start.copy()
+    velocity = _newton_step(stadium, symbols, coordinates, kappa)[1]
     largest, least = STEP / (stadium.a + 1), _LEAST_STEP / (stadium.a + 1)
     step = np.full(len(kappa), largest)
-    moving = np.flatnonzero((kappa != end) & ~np.isnan(places[0]))
+    moving = np.flatnonzero((kappa != end) & ~np.isnan(coordinates[0]))
     while len(moving):
         own = symbols.take(moving, axis=1)
         target = end[moving]
         shift = np.clip(target - kappa[moving], -step[moving], step[moving])
         goal = np.where(np.abs(target - kappa[moving]) <= step[moving], target, kappa[moving] + shift)
-        now = places.take(moving, axis=1) + shift * velocity.take(moving, axis=1)
+        now = coordinates.take(moving, axis=1) + shift * velocity.take(moving, axis=1)
         now, fresh_speed, reached = _corrected(stadium, own, now, goal)
         there = moving[reached]
-        places[:, there], kappa[there] = now[:, reached], goal[reached]
+        coordinates[:, there], kappa[there] = now[:, reached], goal[reached]
         velocity[:, there] = fresh_speed[:, reached]
         step[there] = np.minimum(2 * step[there], largest)
         step[moving[~reached]] /= 2
         moving = moving[(kappa[moving] != target) & (step[moving] >= least)]
-    places[:, kappa != end] = np.nan
-    return _polished(stadium, symbols, places, end)
+    coordinates[:, kappa != end] = np.nan
+    return _polished(stadium, symbols, coordinates, end)
 
 
 def _corrected(
-    stadium: Stadium, symbols: Words, places: Floats, kappa: Floats
+    stadium: Stadium, symbols: Words, coordinates: Floats, kappa: Floats
 ) -> tuple[Floats, Floats, Marks]:
     """Return corrected bounces, their derivatives in kappa, and which of them are on their own branch."""
     near = np.ones(len(kappa), np.bool_)
     unit = np.where(STRAIGHT[symbols], stadium.a + 1, 1.0)
     for count in range(_CORRECTIONS):
-        move, velocity = _newton_step(stadium, symbols, places, kappa)
+        move, velocity = _newton_step(stadium, symbols, coordinates, kappa)
         size = np.abs(move / unit).max(axis=0)
-        places = places + move
+        coordinates = coordinates + move
         if not count:
             near = size <= _FAR  # false for NaN, too
         if not (near & (size > _NEAR)).any():
             break
-    return places, velocity, near & (size <= _NEAR)
+    return coordinates, velocity, near & (size <= _NEAR)
 
 
-def _newton_step(stadium: Stadium, symbols: Words, places: Floats, kappa: Floats) -> tuple[Floats, Floats]:
+def _newton_step(
+    stadium: Stadium, symbols: Words, coordinates: Floats, kappa: Floats
+) -> tuple[Floats, Floats]:
     """Return the Newton step, and the derivatives of the bounces in kappa, each of shape (p, N)."""
-    slopes = derivatives_of_action(ArcPaths.of(stadium, symbols, places, kappa))
+    slopes = derivatives_of_action(ArcPaths.of(stadium, symbols, coordinates, kappa))
     step, velocity = -solve_hessian(slopes, slopes.gradient, slopes.in_kappa)
     return step, velocity
 
 
-def _polished(stadium: Stadium, symbols: Words, places: Floats, kappa: Floats) -> FollowedWords:
+def _polished(stadium: Stadium, symbols: Words, coordinates: Floats, kappa: Floats) -> FollowedWords:
     """Repeat Newton steps until rounding stops them; mark words that do not converge as lost."""
     for _ in range(_POLISHING):
-        move, _ = _newton_step(stadium, symbols, places, kappa)
-        places = places + move
+        move, _ = _newton_step(stadium, symbols, coordinates, kappa)
+        coordinates = coordinates + move
         if not (np.abs(move) > _DONE).any():
             break
-    residual = ArcPaths.of(stadium, symbols, places, kappa).residuals
+    residual = ArcPaths.of(stadium, symbols, coordinates, kappa).residuals
     residual = np.where(residual <= ACCURATE, residual, np.nan)
-    return FollowedWords(np.where(np.isnan(residual), np.nan, places).T, residual)
+    return FollowedWords(np.where(np.isnan(residual), np.nan, coordinates).T, residual)

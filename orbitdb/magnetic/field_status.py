@@ -46,12 +46,12 @@ class FieldNumbers(Batch):
 
 def measure(stadium: Stadium, words: Words, followed: FollowedWords, kappa: Floats) -> FieldNumbers:
     """Decide which followed words, shape (N, p), are orbits at their curvatures, shape (N,); measure them."""
-    symbols, places = words.T, followed.coordinates.T
-    paths = ArcPaths.of(stadium, symbols, places, kappa)
+    symbols, coordinates = words.T, followed.coordinates.T
+    paths = ArcPaths.of(stadium, symbols, coordinates, kappa)
     trace, lyapunov = stability(symbols, paths)
     cases = {
         FieldStatus.UNRESOLVED: followed.lost,
-        FieldStatus.JOINT: at_joints(stadium, symbols, places),
+        FieldStatus.JOINT: at_joints(stadium, symbols, coordinates),
         FieldStatus.GRAZING: leave_stadium(stadium, paths),
         FieldStatus.ELLIPTIC: np.abs(trace) < 2,
     }

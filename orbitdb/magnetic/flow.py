@@ -20,10 +20,10 @@ _OUTSIDE = 1e-11
 """An arc leaves through a wall if it is outside by more than this; less is rounding (radius)."""
 
 
-def at_joints(stadium: Stadium, symbols: Words, places: Floats) -> Marks:
+def at_joints(stadium: Stadium, symbols: Words, coordinates: Floats) -> Marks:
     """Tell which words have a bounce at or beyond the end of its wall or semicircle, shape (N,)."""
     ends = np.where(STRAIGHT[symbols], stadium.a, HALF_PI)
-    return np.any(np.abs(places) > ends - AT_JOINT, axis=0)
+    return np.any(np.abs(coordinates) > ends - AT_JOINT, axis=0)
 
 
 def leave_stadium(stadium: Stadium, paths: ArcPaths) -> Marks:

@@ -174,8 +174,8 @@ def outline_parts(stadium: Stadium, openings: Iterable[Opening], steps: int = _S
     spans, parts = spans_on(stadium, openings), []
     for wall, symbol in SYMBOL_OF.items():
         for low, high in rest(spans[wall], end_of(stadium, wall)):
-            places = np.linspace(low, high, steps)
-            parts.append(stadium.points(np.full(steps, symbol, np.uint8), places))
+            coordinates = np.linspace(low, high, steps)
+            parts.append(stadium.points(np.full(steps, symbol, np.uint8), coordinates))
     return parts
 
 

@@ -14,7 +14,7 @@ from orbitdb.open_stadium.escape import Escape
 from orbitdb.open_stadium.flight import OpenStadium
 from orbitdb.open_stadium.openings import Opening, measure, parse_openings
 from orbitdb.open_stadium.patterns import patterns_of
-from orbitdb.open_stadium.rates import Rates, escape_rates
+from orbitdb.open_stadium.rates import EscapeRates, escape_rates
 from orbitdb.open_stadium.survival import BATCH, Counts, Sampled, Stops, Survival, sample, survival_of
 from orbitdb.open_stadium.tails import Tails, tails
 from orbitdb.progress import Tell, nobody
@@ -95,7 +95,7 @@ class Question:
         sizes = (self.trajectories * (n + 1) // parts - self.trajectories * n // parts for n in range(parts))
         return [partial(sample, opened, rows, size, seed) for size, seed in zip(sizes, seeds, strict=True)]
 
-    def answer(self, sampled: Sampled, rates: Rates) -> Escape:
+    def answer(self, sampled: Sampled, rates: EscapeRates) -> Escape:
         """Return the result with sampled survival, if there is any, and with the rates."""
         left = self.left
         return Escape(

@@ -17,7 +17,7 @@ import numpy as np
 from orbitdb.arrays import Floats
 from orbitdb.open_stadium.flight import OpenStadium
 from orbitdb.open_stadium.tails import Tails
-from orbitdb.open_stadium.transfer import Legs
+from orbitdb.open_stadium.transfer import GridLegs
 from orbitdb.progress import Tell, nobody
 
 GRIDS, GRIDS_WITH_STATES = (200, 300), (100, 150)
@@ -34,7 +34,7 @@ _ZERO = 1e-6
 _MOST_SECANTS = 30
 
 
-class Rates(NamedTuple):
+class EscapeRates(NamedTuple):
     """Escape rates with their errors, which are estimated; None where a rate is not defined."""
 
     rate_leg: float | None
@@ -45,7 +45,7 @@ class Rates(NamedTuple):
     rate_bounce_error: float | None
 
 
-def escape_rates(stadium: OpenStadium, left: Tails, tell: Tell = nobody) -> Rates:
+def escape_rates(stadium: OpenStadium, left: Tails, tell: Tell = nobody) -> EscapeRates:
     """Return the escape rates of an open stadium whose tails are given.
 
     Notes
@@ -58,7 +58,7 @@ def escape_rates(stadium: OpenStadium, left: Tails, tell: Tell = nobody) -> Rate
     grids = GRIDS if stadium.patterns is None else GRIDS_WITH_STATES
     for done, grid in enumerate(grids):
         tell(done, len(grids), f"transfer matrix of {grid} x {grid} cells")
-        legs = Legs.of(stadium, grid)
+        legs = GridLegs.of(stadium, grid)
         found.append(_of_grid(legs, stadium, left))
         lost = legs.lost
     coarse, fine = found
@@ -73,14 +73,14 @@ def escape_rates(stadium: OpenStadium, left: Tails, tell: Tell = nobody) -> Rate
         change = abs(sum(before) / len(before) - value)
         error = max(2 * change, least * value, abs(after[-1] - after[0]))
         pairs += [value, error] if error < value else [None, None]
-    return Rates(*pairs)
+    return EscapeRates(*pairs)
 
 
 Values = tuple[float, ...] | None
 """One rate, or that of each cut; None if it is not defined."""
 
 
-def _of_grid(legs: Legs, stadium: OpenStadium, left: Tails) -> tuple[Values, Values, Values]:
+def _of_grid(legs: GridLegs, stadium: OpenStadium, left: Tails) -> tuple[Values, Values, Values]:
     """Return the rates per leg, time and bounce from one matrix."""
     growth, vector = legs.growth(1.0, np.ones(legs.size))
     if growth == -np.inf or (left.uncut and np.exp(growth) <= left.continuum):
@@ -103,7 +103,7 @@ def _up_to(bounces: Floats, cut: float, x: float) -> Floats:
 
 
 def _solved(
-    legs: Legs, vector: Floats, growth: float, weights: Callable[[float], Floats], first: float
+    legs: GridLegs, vector: Floats, growth: float, weights: Callable[[float], Floats], first: float
 ) -> float | None:
     """Return the rate at which ln rho is 0, by the secant method; None if it does not converge.
 

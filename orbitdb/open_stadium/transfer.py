@@ -29,7 +29,7 @@ _MOST_STEPS = 2000
 _CHUNK = 1 << 15
 
 
-class Legs(NamedTuple):
+class GridLegs(NamedTuple):
     """Legs that begin in the cells of a grid and do not escape, in order of their sources; shape (N,)."""
 
     source: Indices
@@ -41,7 +41,7 @@ class Legs(NamedTuple):
     lost: int  # number of points that escape
 
     @classmethod
-    def of(cls, stadium: OpenStadium, grid: int) -> "Legs":
+    def of(cls, stadium: OpenStadium, grid: int) -> "GridLegs":
         """Follow legs from all cells, in every state in which one may begin."""
         cells, states, parts, lost = 2 * grid**2, [0], [], 0
         for state in states:  # grows while it is read

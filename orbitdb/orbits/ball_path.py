@@ -193,12 +193,12 @@ class BallPath:
         first, last = self.ends()
         turned = [2 * d * half for d, half in zip(self.d, self.half, strict=True)]
         on_walls = [self._on_walls(i, first, last) if n else (arb(0), arb(0)) for i, n in enumerate(self.n)]
-        places = []
+        coordinates = []
         bounces = (part[:, self.column].tolist() for part in legs.bounces)
         for run, place, straight in zip(*bounces, strict=True):
             start, step = on_walls[run] if straight else (first[run], turned[run])
-            places.append(start + place * step if place else start)
-        return places
+            coordinates.append(start + place * step if place else start)
+        return coordinates
 
     def area(self, symbols: Sequence[int], coordinates: Balls) -> arb:
         """Return the area that the path encloses, given its word and the coordinates of all bounces.

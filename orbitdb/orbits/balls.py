@@ -97,10 +97,10 @@ def _enclosed(path: BallPath, legs: Legs, start: Balls, precision: int) -> Enclo
             slack, distance = path.slacks(conditions)
             status = _status(path, conditions, slack)
             if status is not Status.UNRESOLVED or 2 * precision > _most_bits(path):
-                margin, places = reduce(arb.min, distance), path.coordinates(legs)
-                area = path.area(legs.words[:, path.column].tolist(), places)
+                margin, coordinates = reduce(arb.min, distance), path.coordinates(legs)
+                area = path.area(legs.words[:, path.column].tolist(), coordinates)
                 return Enclosure(
-                    status, precision, places, path.length(), path.exponent(), area, margin, steps
+                    status, precision, coordinates, path.length(), path.exponent(), area, margin, steps
                 )
         precision *= 2
 

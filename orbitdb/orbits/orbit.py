@@ -257,8 +257,8 @@ class Orbit(Drawn):
         return None if self.coordinates is None else self._in_phase_space()[1]
 
     def _in_phase_space(self) -> tuple[Floats, Floats]:
-        places = stability.birkhoff(Stadium(self.a), from_strings([self.code]), self._one_row())
-        return places[0][0], places[1][0]
+        arclength, sine = stability.birkhoff(Stadium(self.a), from_strings([self.code]), self._one_row())
+        return arclength[0], sine[0]
 
     def _one_row(self) -> Floats:
         assert self.coordinates is not None
@@ -317,13 +317,13 @@ class Orbit(Drawn):
         return tuple(self._image(g) for g in elements.tolist())
 
     def _image(self, element: int) -> "Orbit":
-        word, places = from_strings([self.code]), self.coordinates
-        if places is not None:
-            places = act_on_coordinates(element, word, self._one_row())[0].copy()
+        word, coordinates = from_strings([self.code]), self.coordinates
+        if coordinates is not None:
+            coordinates = act_on_coordinates(element, word, self._one_row())[0].copy()
         code = to_strings(act_on_words(element, word))[0]
         least = self.representative if self.class_size else least_rotation(code)
         area = None if self.area is None else float(act_on_areas(element, self.area))
-        return replace(self, code=code, representative=least, coordinates=places, area=area)
+        return replace(self, code=code, representative=least, coordinates=coordinates, area=area)
 
     def __eq__(self, other: object) -> bool:
         """Tell whether both have the same cyclic word, in any rotation, and the same a."""

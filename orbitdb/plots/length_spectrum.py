@@ -48,8 +48,8 @@ def draw_spectrum(ax: Axes, spectrum: "Spectrum") -> None:
         ax.plot(spectrum.length, np.abs(spectrum.quantum), color=BLUE, label="levels")
     ax.plot(spectrum.length, -np.abs(spectrum.orbits), color=ORANGE, label="orbits, downwards")
     first, last = spectrum.length[[0, -1]]
-    if spectrum.complete < last:
-        beyond = max(spectrum.complete, first)
+    if spectrum.complete_length < last:
+        beyond = max(spectrum.complete_length, first)
         ax.axvspan(beyond, last, color=GREY, alpha=0.12, label="orbits may be missing")
     for peak in spectrum.peaks(1):
         ax.annotate(times(peak), (peak.length, side * peak.height), xytext=(0, 4 * side),

@@ -118,7 +118,7 @@ def births(catalogue: "Catalogue", chosen: Selection) -> Picture:
 
 def _changes(catalogue: "Catalogue", chosen: Selection) -> Changes:
     """Return the births and deaths of all complete periods up to the highest chosen one."""
-    whole = [fill.p for fill in catalogue.birth_fills() if fill.complete]
+    whole = [fill.p for fill in catalogue.birth_fills() if fill.done]
     highest = max((p for p in whole if chosen.includes(p)), default=0)
     return {p: changes_of(catalogue.births(p)) for p in whole if p <= highest}
 

@@ -80,7 +80,7 @@ class Spectrum(Drawn):
         F from the orbits and the bouncing-ball family.
     quantum : ndarray of complex128, shape (n,), or None
         F from the levels, minus their smooth density; None if there are no levels.
-    complete : float
+    complete_length : float
         Length up to which the sum is proved to contain every orbit; beyond it, orbits may be missing.
     terms : Terms
         The terms of the orbits, followed by those of the bouncing-ball family.
@@ -99,7 +99,7 @@ class Spectrum(Drawn):
     length: Floats
     orbits: Complexes
     quantum: Complexes | None
-    complete: float
+    complete_length: float
     terms: Terms
     codes: NDArray[np.object_]
     judged: tuple[str, ...] = ()
@@ -131,7 +131,7 @@ class Spectrum(Drawn):
 
         With `terms`, the second line says instead at which k the amplitude of the bouncing balls is given.
         """
-        end = math.floor(self.complete * 100) / 100
+        end = math.floor(self.complete_length * 100) / 100
         if end < self.length[-1]:
             largest = f"{float(upwards(self.missing)):g} up to length {self.length[-1]:g}"
             said = [

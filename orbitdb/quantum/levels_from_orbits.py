@@ -20,7 +20,7 @@ from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.quantum.bouncing_balls import family
-from orbitdb.quantum.staircase_errors import complete_length, error_of_levels
+from orbitdb.quantum.staircase_errors import error_of_levels, sufficient_length
 from orbitdb.quantum.trace_formula import orbit_terms
 from orbitdb.quantum.weyl import Parity, weyl
 
@@ -64,16 +64,16 @@ class Staircase:
         The cutoffs X, in units of the radius.
     smooth : ndarray, shape (n,)
         The smooth number of levels below each k, by Weyl's law.
-    complete : float
+    sufficient : float
         Length up to which the orbits of the stored periods suffice
-        (`orbitdb.quantum.staircase_errors.complete_length`).
+        (`orbitdb.quantum.staircase_errors.sufficient_length`).
     """
 
     k: Floats
     count: Floats
     cutoffs: tuple[float, ...]
     smooth: Floats
-    complete: float
+    sufficient: float
 
     @property
     def density(self) -> Floats:
@@ -108,8 +108,8 @@ def staircase(
     count = smooth + _collected(terms.length, terms.amplitude / terms.length, k, cutoffs)
     for length, wave in family(stadium, k, longest, parity):
         count += _weights(np.array([float(length)]), cutoffs) * (wave.imag / length)
-    complete = complete_length(int(classes.p.max()) if period is None else period, parity is None)
-    return Staircase(k, count, tuple(cutoffs), smooth, complete)
+    sufficient = sufficient_length(int(classes.p.max()) if period is None else period, parity is None)
+    return Staircase(k, count, tuple(cutoffs), smooth, sufficient)
 
 
 def _weights(length: Floats, cutoffs: Sequence[float]) -> Floats:

@@ -306,7 +306,7 @@ def compare(
     k: Floats, orbits: Staircase, stadium: Stadium, parity: Parity | None, window: bool, noise: float = 0.0
 ) -> Comparison:
     """Return a list of levels beside the staircase from the orbits, as for `assess`."""
-    error = ErrorOfOrbits(CUTOFF, stadium.perimeter, orbits.complete, parity is None)
+    error = ErrorOfOrbits(CUTOFF, stadium.perimeter, orbits.sufficient, parity is None)
     return Comparison(k, lambda at: orbits.at(at)[0], weyl(stadium, parity), error, window, noise)
 
 

@@ -74,15 +74,15 @@ class ErrorOfOrbits(NamedTuple):
         X, in units of the radius.
     perimeter : float
         Of the whole stadium.
-    complete : float
-        Length up to which the stored periods contain all orbits that matter (`complete_length`).
+    sufficient : float
+        Length up to which the stored periods contain all orbits that matter (`sufficient_length`).
     mixed : bool
         Whether the list has levels of all parities.
     """
 
     cutoff: float
     perimeter: float
-    complete: float
+    sufficient: float
     mixed: bool
 
     @property
@@ -101,7 +101,7 @@ class ErrorOfOrbits(NamedTuple):
         twice = (length > 2 * creeping - 0.5) & (length < 2 * creeping + 1)
         missed = np.where(length > 2 * creeping, _BEYOND, _KNOWN)
         missed = np.where(once, _CREEPING, np.where(twice, _TWICE, missed))
-        missed = np.where(length > self.complete, _UNKNOWN, missed)
+        missed = np.where(length > self.sufficient, _UNKNOWN, missed)
         return np.asarray(self.parts * missed / (math.pi**2 * length))
 
     def covariance(self, distance: Floats) -> Floats:
@@ -111,7 +111,7 @@ class ErrorOfOrbits(NamedTuple):
         return np.asarray(_STEP * np.cos(distance[..., None] * length) @ power)
 
 
-def complete_length(period: int, mixed: bool) -> float:
+def sufficient_length(period: int, mixed: bool) -> float:
     """Return the length up to which the orbits of all periods up to `period` suffice for N_X.
 
     The shortest orbits that are missing bounce between the straight walls, and run from one semicircle to the

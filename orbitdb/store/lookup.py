@@ -272,13 +272,13 @@ def coordinates_of(connection: Connection, a: float, rows: Mapping[str, Sequence
     blobs = dict(cursor_of(connection, query).fetchall())
     found, start = np.full(p.sum(), np.nan), np.cumsum(p) - p
     groups: dict[tuple[int, int], list[int]] = {}
-    for row, (least, element) in enumerate(zip(rows["representative"], rows["element"], strict=True)):
-        if least in blobs:
-            groups.setdefault((len(least), element), []).append(row)
+    for row, (word, element) in enumerate(zip(rows["representative"], rows["element"], strict=True)):
+        if word in blobs:
+            groups.setdefault((len(word), element), []).append(row)
     for (order, element), chosen in groups.items():
         codes, words = ([rows[name][row] for row in chosen] for name in ("code", "representative"))
-        places = np.frombuffer(b"".join(blobs[word] for word in words), dtype="<f8").reshape(-1, order)
-        images = image_coordinates(codes, words, element, places)
+        least = np.frombuffer(b"".join(blobs[word] for word in words), dtype="<f8").reshape(-1, order)
+        images = image_coordinates(codes, words, element, least)
         found[start[chosen][:, None] + np.arange(order)] = images
     return found
 
@@ -291,9 +291,9 @@ def area_slopes_of(connection: Connection, a: float, rows: Mapping[str, Sequence
     slopes, start = np.full(len(p), np.nan), np.cumsum(p) - p
     for order in np.unique(p).tolist():
         of_order = np.flatnonzero(p == order)
-        places = coordinates[start[of_order][:, None] + np.arange(order)]
         words = from_strings([least[row] for row in of_order.tolist()])
-        slopes[of_order] = area_slopes(Stadium(a), words, places)
+        of_words = coordinates[start[of_order][:, None] + np.arange(order)]
+        slopes[of_order] = area_slopes(Stadium(a), words, of_words)
     values: list[float] = slopes.tolist()
     return values
 

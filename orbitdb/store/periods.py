@@ -68,7 +68,7 @@ class Fill(Record):
     unresolved: int | None
 
     @property
-    def complete(self) -> bool:
+    def done(self) -> bool:
         """Whether all words of the period are stored; if not, a fill is running or was interrupted."""
         return self.state == DONE
 
@@ -160,7 +160,7 @@ class Sweep(Record):
     sums: "PeriodSums | None" = field(repr=False)
 
     @property
-    def complete(self) -> bool:
+    def done(self) -> bool:
         """Whether the sweep is complete; if not, it is running or was interrupted."""
         return self.state == DONE
 
@@ -230,7 +230,7 @@ class BirthFill(Record):
     largest: float | None
 
     @property
-    def complete(self) -> bool:
+    def done(self) -> bool:
         """Whether the births and deaths of all classes of the period are stored."""
         return self.state == DONE
 
@@ -238,7 +238,7 @@ class BirthFill(Record):
     def notes(self) -> tuple[str, ...]:
         """What is missing, and how to find it."""
         missing = f"births of period {self.p} are incomplete: 'orbitdb births --p {self.p}' completes them"
-        return () if self.complete else (missing,)
+        return () if self.done else (missing,)
 
 
 def read_birth_fills(connection: Connection) -> list[BirthFill]:

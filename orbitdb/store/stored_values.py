@@ -16,7 +16,7 @@ from orbitdb.store.sqlite import cursor_of
 if TYPE_CHECKING:
     from orbitdb.open_stadium.escape import Escape
     from orbitdb.open_stadium.question import Question
-    from orbitdb.open_stadium.rates import Rates
+    from orbitdb.open_stadium.rates import EscapeRates
     from orbitdb.quantum.exact_levels import LevelWindow
     from orbitdb.quantum.weyl import Parity
     from orbitdb.trajectories.ensemble import Reference
@@ -77,30 +77,30 @@ def stored_levels(connection: Connection, a: float, parity: "Parity") -> "list[L
 def stored_escapes(connection: Connection, a: float | None = None) -> "list[Escape]":
     """Return what is stored about escape from open stadiums, at every a or at a given one."""
     from orbitdb.open_stadium.question import Question
-    from orbitdb.open_stadium.rates import Rates
+    from orbitdb.open_stadium.rates import EscapeRates
 
     own = t.open_stadium.c
-    names = ("a", "opening", "without", "trajectories", "bounces", "seed", *Rates._fields, "survival")
+    names = ("a", "opening", "without", "trajectories", "bounces", "seed", *EscapeRates._fields, "survival")
     query = select(*(own[name] for name in names)).where(true() if a is None else own.a == a)
     found = []
     for at, opening, without, trajectories, bounces, seed, *rates, packed in connection.execute(
         query.order_by(*t.open_stadium.primary_key)
     ):
         asked = Question.of(at, opening.split(), without.split(), trajectories, bounces, int(seed))
-        found.append(asked.answer(asked.unpacked(packed), Rates(*rates)))
+        found.append(asked.answer(asked.unpacked(packed), EscapeRates(*rates)))
     return found
 
 
-def stored_escape(connection: Connection, asked: "Question") -> "tuple[Escape | None, Rates | None]":
+def stored_escape(connection: Connection, asked: "Question") -> "tuple[Escape | None, EscapeRates | None]":
     """Return the stored answer to a question, or else the stored rates of its open stadium."""
-    from orbitdb.open_stadium.rates import Rates
+    from orbitdb.open_stadium.rates import EscapeRates
 
     known = None
     for one in stored_escapes(connection, asked.stadium.a):
         if (one.opening, one.without) == (asked.opening, asked.without):
             if (one.trajectories, one.bounces, one.seed) == (asked.trajectories, asked.bounces, asked.seed):
                 return one, None
-            known = Rates(*(getattr(one, name) for name in Rates._fields))
+            known = EscapeRates(*(getattr(one, name) for name in EscapeRates._fields))
     return None, known
 
 

@@ -287,11 +287,11 @@ def stored_orbits(scope: Scope, a: float, block: Block) -> tuple[Integers, Orbit
     words, *columns = zip(*rows, strict=True) if rows else [()] * (1 + len(names))
     values: dict[str, Sequence[Any]] = dict(zip(names, columns, strict=True))
     blank = np.full(block.p, np.nan, dtype="<f8").tobytes()
-    places = np.frombuffer(b"".join(blob or blank for blob in values["coordinates"]), dtype="<f8")
+    coordinates = np.frombuffer(b"".join(blob or blank for blob in values["coordinates"]), dtype="<f8")
     orbits = Orbits(
         words=from_strings(words).reshape(len(rows), block.p),
         status=np.array(values["status"], dtype=str),
-        coordinates=places.astype(float).reshape(len(rows), block.p),
+        coordinates=coordinates.astype(float).reshape(len(rows), block.p),
         iterations=np.array(values["iterations"], dtype=np.int64),
         **{name: np.array(values[name], dtype=float) for name in NUMBERS},
     )

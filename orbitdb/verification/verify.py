@@ -1,8 +1,7 @@
 """Verify a catalogue: recompute everything from the words alone, and compare.
 
-All words must be there (`orbitdb.verification.classes`). A stored orbit must be consistent and agree with a
-new solution (`orbitdb.verification.orbits`), and so must births, sweeps and levels
-(`orbitdb.verification.births`, `.sweeps`, `.levels`).
+All words must be there (`check_classes`). A stored orbit must be consistent and agree with a new solution
+(`check_orbits`), and so must births, sweeps and levels (`check_births`, `check_sweeps`, `check_levels`).
 """
 
 from collections import Counter
@@ -25,7 +24,13 @@ from orbitdb.store.paths import check_same_file, file_id
 from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection, path_of
 from orbitdb.text import format_float, several
-from orbitdb.verification.births import births, check_births, lives
+from orbitdb.verification.check_births import births, check_births, lives
+from orbitdb.verification.check_classes import classes, counts, integrity, references
+from orbitdb.verification.check_escapes import escapes
+from orbitdb.verification.check_levels import levels
+from orbitdb.verification.check_orbits import certify, check_against, check_consistency, restart, with_bounds
+from orbitdb.verification.check_sweeps import SWEPT_ANEW, check_sweeps
+from orbitdb.verification.check_values import values
 from orbitdb.verification.checks import (
     Block,
     Check,
@@ -37,12 +42,6 @@ from orbitdb.verification.checks import (
     parts_of,
     stored_orbits,
 )
-from orbitdb.verification.classes import classes, counts, integrity, references
-from orbitdb.verification.escapes import escapes
-from orbitdb.verification.orbits import certify, check_against, check_consistency, restart, with_bounds
-from orbitdb.verification.recomputed_levels import levels
-from orbitdb.verification.sweeps import SWEPT_ANEW, check_sweeps
-from orbitdb.verification.values import values
 
 if TYPE_CHECKING:
     import pandas
@@ -240,7 +239,7 @@ def verified(
 ) -> Verification:
     """Verify a catalogue, in several processes if it is large; if `prove`, also prove its rows.
 
-    The other parameters are those of `verify` and `orbitdb.verification.orbits.certify`.
+    The other parameters are those of `verify` and `orbitdb.verification.check_orbits.certify`.
     """
 
     def steps() -> Generator[Checked]:

@@ -27,7 +27,7 @@ def catalogue(tmp_path):
 
 def test_stored_result_is_read_back(catalogue, monkeypatch):
     made = catalogue.escape(["right:0.5:", "top:-0.3:0.3"], "33", trajectories=3000, bounces=50, seed=4)
-    monkeypatch.setattr("orbitdb.filling.escapes.find_escape", lambda *_: pytest.fail("computed again"))
+    monkeypatch.setattr("orbitdb.filling.find_escape.find_escape", lambda *_: pytest.fail("computed again"))
     read = catalogue.escape(["top:-0.3:0.3", "right:0.5:"], ["33"], trajectories=3000, bounces=50, seed=4)
     assert read.rates() == made.rates()
     for by in ("bounce", "time", "leg"):
@@ -42,7 +42,7 @@ def test_stored_result_is_read_back(catalogue, monkeypatch):
 
 def test_rates_are_read_whatever_the_sample(catalogue, monkeypatch):
     made = catalogue.escape("top:-0.3:0.3", trajectories=0)
-    monkeypatch.setattr("orbitdb.filling.escapes.escape_rates", lambda *_: pytest.fail("computed again"))
+    monkeypatch.setattr("orbitdb.filling.find_escape.escape_rates", lambda *_: pytest.fail("computed again"))
     assert catalogue.escape("top:-0.3:0.3", trajectories=100, bounces=5).rates() == made.rates()
 
 

@@ -26,7 +26,7 @@ def test_a_fill_from_python_stores_the_rows_of_the_command(cli, tmp_path):
     def make(catalogue):
         found = catalogue.fill("2-6", geometric=True)
         catalogue.fill(code="1^8 3")
-        assert [(each.p, each.complete) for each in found] == [(p, True) for p in range(2, 7)]
+        assert [(each.p, each.done) for each in found] == [(p, True) for p in range(2, 7)]
         assert isinstance(found[0], Fill)
 
     commands = [f"fill --p 6 --a {A} --geometric", f"fill --code 111111113 --a {A}"]
@@ -81,7 +81,7 @@ def test_a_fill_reports_progress_and_resumes(tmp_path):
     assert 41 < stored < told[-1][1]
     catalogue.fill("2-7", progress=lambda *state: told.append(state))
     assert told[-1][0] == told[-1][1] > stored
-    assert all(fill.complete for fill in catalogue.fills())
+    assert all(fill.done for fill in catalogue.fills())
     catalogue.close()
     assert [path.name for path in tmp_path.iterdir()] == ["orbits.db"]
 

@@ -55,7 +55,7 @@ def checked(path: Path) -> None:
 
 def swept(path: Path, a: float) -> list[tuple[object, ...]]:
     """Return the counts and sums of the sweeps at a."""
-    return [(s.p, s.complete, s.tally, s.sums.numbers()) for s in Catalogue(path).sweeps(a=a) if s.sums]
+    return [(s.p, s.done, s.tally, s.sums.numbers()) for s in Catalogue(path).sweeps(a=a) if s.sums]
 
 
 def table(path: Path, a: float) -> str:
@@ -94,7 +94,7 @@ def test_work_begun_at_one_a_never_appears_at_another(undisturbed, tmp_path, nam
         assert ask(path, "SELECT count(*) FROM sweep_block") == [(0,)]
     else:
         highest = int(WORK[name][2])
-        assert [(fill.p, fill.complete) for fill in Catalogue(path).fills(a=2.0)] == [
+        assert [(fill.p, fill.done) for fill in Catalogue(path).fills(a=2.0)] == [
             (p, True) for p in range(2, highest + 1)
         ]
         assert table(path, 2.0) == str(

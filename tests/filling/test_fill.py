@@ -46,7 +46,7 @@ def test_a_fill_continues_after_another_overtakes_it(tmp_path):
     second.close()
     done = [step.words for step in first]
     assert behind < ahead < done[0] < done[-1] == 2096
-    assert Catalogue(path).fills(a=1.6)[0].complete
+    assert Catalogue(path).fills(a=1.6)[0].done
 
 
 @pytest.mark.usefixtures("small_blocks")
@@ -58,7 +58,7 @@ def test_a_period_that_lost_words_is_not_marked_complete(tmp_path):
     alter(path, "DELETE FROM orbit WHERE cycle = (SELECT min(id) FROM cycle WHERE class_size = 8)")
     with pytest.raises(StoreError, match=r"period 6 has 244 words instead of 252: .* is damaged"):
         list(going)
-    assert not Catalogue(path).fills(a=1.6)[0].complete
+    assert not Catalogue(path).fills(a=1.6)[0].done
 
 
 def test_others_may_write_while_a_period_is_counted(tmp_path):
@@ -124,7 +124,7 @@ def born(born_once: Path, tmp_path: Path) -> Path:
 def test_births_have_one_row_per_period(born):
     found = {each.p: each for each in Catalogue(born).birth_fills()}
     assert [each.p for each in found.values()] == list(range(2, 7))
-    assert all(each.complete for each in found.values())
+    assert all(each.done for each in found.values())
     assert [each.words for each in found.values()] == [count_admissible(p) for p in range(2, 7)]
     assert [(each.classes, each.births, each.deaths, each.always) for each in found.values()] == [
         (1, 0, 0, 1), (2, 0, 0, 2), (8, 0, 0, 8), (17, 13, 0, 4), (47, 33, 0, 14)

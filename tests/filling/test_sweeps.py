@@ -93,7 +93,7 @@ def test_an_unfinished_sweep_has_no_sums_and_is_not_counted(tmp_path):
     going.close()
     with closing(Catalogue(path)) as catalogue:
         (begun,) = catalogue.sweeps(a=1.6)
-        assert (begun.complete, begun.blocks, begun.sums) == (False, 1, None)
+        assert (begun.done, begun.blocks, begun.sums) == (False, 1, None)
         assert counts_of(catalogue, a=1.6).chosen == ()
         known = answer(path, read_complete_periods, Selection(1.6), swept=True)
         assert (known.highest, known.swept, known.cycles().tolist()) == (0, {}, [0])
@@ -107,7 +107,7 @@ def test_a_sweep_adds_up_the_blocks_of_its_own_stadium(awkward, tmp_path):
     assert blocks == [row[3] for row in sorted(before) if row[0] == 2]
     Catalogue(awkward).sweep([8], a=0.3)
     (*_, resumed), alone = Catalogue(awkward).sweeps(a=0.3), swept(tmp_path / "alone.db", 0.3, [8])[8]
-    assert (resumed.p, resumed.complete, resumed.tally) == (8, True, alone.tally)
+    assert (resumed.p, resumed.done, resumed.tally) == (8, True, alone.tally)
     np.testing.assert_allclose(there(resumed.sums).sums, there(alone.sums).sums, rtol=1e-13)
     others = [row for row in before if row[0] != 2]
     assert len(before) > len(others) > 0

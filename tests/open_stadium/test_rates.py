@@ -8,12 +8,12 @@ from orbitdb.open_stadium import rates
 from orbitdb.open_stadium.flight import OpenStadium
 from orbitdb.open_stadium.openings import parse_openings
 from orbitdb.open_stadium.survival import Stops, sample
-from orbitdb.open_stadium.transfer import Legs
+from orbitdb.open_stadium.transfer import GridLegs
 from orbitdb.trajectories.ensemble import advance, random_arcs, stays
 
 
 def legs_of(a, opening=(), without=(), grid=40):
-    return Legs.of(OpenStadium.of(Stadium(a), parse_openings(opening), without), grid)
+    return GridLegs.of(OpenStadium.of(Stadium(a), parse_openings(opening), without), grid)
 
 
 @pytest.mark.parametrize("a", [0.5, 1.6])

@@ -331,7 +331,7 @@ def test_the_figures_of_levels_show_levels_and_orbits(known, tmp_path):
 def drawn_beside(ax: Any, found: Spectrum, side: int) -> None:
     """Check the axes and labels of a length spectrum; peaks are labelled above it if side > 0, else below."""
     (band,) = ax.patches
-    assert (band.get_x(), band.get_x() + band.get_width()) == pytest.approx((found.complete, 12))
+    assert (band.get_x(), band.get_x() + band.get_width()) == pytest.approx((found.complete_length, 12))
     assert legend(ax) == [*["levels"] * (side > 0), "orbits, downwards", "orbits may be missing"]
     peaks = found.peaks(1)
     for text, peak in zip(ax.texts, peaks, strict=True):

@@ -59,8 +59,8 @@ def test_a_spectrum_covers_the_given_range_and_says_where_it_is_complete(catalog
     found = catalogue.spectrum((9.0, 16.0), resolution=9, k=20.0, parity=parity)
     assert found.length.tolist() == np.linspace(9, 16, 9).tolist()
     assert (found.k_max, found.parity, found.quantum) == (20.0, parity, None)
-    assert found.complete == least_length(8, 1.6) / (1 if parity is None else 2)
-    assert f"up to length {math.floor(found.complete * 100) / 100:.2f};" in found.notes()[0]
+    assert found.complete_length == least_length(8, 1.6) / (1 if parity is None else 2)
+    assert f"up to length {math.floor(found.complete_length * 100) / 100:.2f};" in found.notes()[0]
     frame = found.to_pandas()
     assert frame["length"].tolist() == found.length.tolist()
     assert frame["orbits_re"].tolist() == found.orbits.real.tolist()

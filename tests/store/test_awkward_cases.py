@@ -14,7 +14,7 @@ from orbitdb.store.file import reading
 from orbitdb.store.stored_values import stored_levels
 from orbitdb.store.storing import keep_levels, replace_certificates
 from orbitdb.store.writer import Writer
-from orbitdb.verification.orbits import certify
+from orbitdb.verification.check_orbits import certify
 from orbitdb.verification.verify import report
 
 NAMES = ("code", "p", "status", "walls", "area", "length", "symmetry", "time_reversal")

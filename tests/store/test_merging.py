@@ -127,11 +127,11 @@ def test_a_fill_that_came_further_replaces_a_shorter_one(filled, tmp_path, begin
     target = Catalogue(filled, a=1.6)
     (added,) = target.merge(part)
     assert (added.periods, added.words) == ("9", target.count(p=9, status=STORED))
-    assert [fill.complete for fill in target.fills()][-1:] == [False]
+    assert [fill.done for fill in target.fills()][-1:] == [False]
     Catalogue(part, a=1.6).fill([9])
     rest = target.merge(part)
     assert [each.periods for each in rest] == ["9"]
-    assert target.fills()[-1].complete
+    assert target.fills()[-1].done
     assert content(filled) == content(part)
     assert target.verify(p=9, sample=50).sound
 
@@ -149,7 +149,7 @@ def test_open_stadiums_are_merged(tmp_path, monkeypatch):
         ("1.db", 1.0, "1 open stadium"),
         ("2.db", 2.0, "1 open stadium"),
     ]
-    monkeypatch.setattr("orbitdb.filling.escapes.find_escape", lambda *_: pytest.fail("computed again"))
+    monkeypatch.setattr("orbitdb.filling.find_escape.find_escape", lambda *_: pytest.fail("computed again"))
     read = opened(target)
     assert (read.rates(), read.columns("time")) == (made[0].rates(), made[0].columns("time"))
     query = "SELECT started, parameters FROM run JOIN open_stadium ON run = id WHERE a = 1"

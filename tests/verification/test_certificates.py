@@ -9,7 +9,7 @@ from quick import slow_but
 from reference import refine
 
 from orbitdb.store.selection import Selection
-from orbitdb.verification.orbits import certify
+from orbitdb.verification.check_orbits import certify
 from orbitdb.verification.verify import report
 
 CLASSES = 498

@@ -11,7 +11,7 @@ from orbitdb.billiard.stability import Links, hessian
 from orbitdb.billiard.stadium import HALF_PI, STRAIGHT, Stadium
 from orbitdb.orbits.orbits import Orbits
 from orbitdb.orbits.solve import solve
-from orbitdb.verification.orbits import check_consistency, with_bounds
+from orbitdb.verification.check_orbits import check_consistency, with_bounds
 
 USED = {"walls": 0.99, "reflection": 0.7, "lengths": 0.15, "lambda": 0.05, "Hessian": 0.002}
 """Shares of the tolerance that some moved rows reach."""

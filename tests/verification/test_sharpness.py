@@ -13,7 +13,7 @@ from orbitdb.orbits.solve import solve
 from orbitdb.orbits.status import EXISTING
 from orbitdb.symbols.symmetry import class_of
 from orbitdb.symbols.words import from_strings, parse, to_strings
-from orbitdb.verification.orbits import BOUNDED, check_against, check_consistency, prove, restart
+from orbitdb.verification.check_orbits import BOUNDED, check_against, check_consistency, prove, restart
 
 STADIUMS = (1e-6, 1e-3, 0.2, 0.5, 1.0, 1.6, 2.5, 10.0, 1e4, 1e6)
 

@@ -19,9 +19,9 @@ from orbitdb.orbits.births import JOINTS
 from orbitdb.orbits.solve import solve
 from orbitdb.store.file import reading
 from orbitdb.store.selection import Selection
-from orbitdb.verification.births import births, check_births, lives, whole_births
+from orbitdb.verification.check_births import births, check_births, lives, whole_births
+from orbitdb.verification.check_sweeps import check_sweeps
 from orbitdb.verification.checks import Check, Scope
-from orbitdb.verification.sweeps import check_sweeps
 from orbitdb.verification.verify import report, verify
 
 BOTH = Selection(1.6), Selection(1.0)

@@ -16,8 +16,8 @@ from orbitdb.filling.workers import Processes
 from orbitdb.orbits.status import Status
 from orbitdb.store.file import migrate, reading
 from orbitdb.store.selection import Selection
+from orbitdb.verification.check_classes import classes
 from orbitdb.verification.checks import Check, Scope, blocks, checked_apart
-from orbitdb.verification.classes import classes
 from orbitdb.verification.verify import PROMISES, orbits, verify
 
 SEQUENCES, CLASSES = 3197, 498  # p = 2..8
@@ -104,7 +104,7 @@ def test_rows_of_the_relaxation_get_bounds_and_are_proved(small, cli):
 
 def test_rows_too_long_to_derive_bounds_are_skipped(small, monkeypatch):
     """The rows have no bounds, as from the relaxation; here, more than 5 bounces are too long."""
-    monkeypatch.setattr("orbitdb.verification.orbits.MAX_DENSE", 5)
+    monkeypatch.setattr("orbitdb.verification.check_orbits.MAX_DENSE", 5)
     ((before,),) = ask(small, "SELECT count(*) FROM orbit WHERE stadium = 1 AND error NOTNULL")
     of_six = "JOIN cycle ON id = cycle WHERE p = 6 AND status = 'orbit' AND stadium = 1"
     chosen = f"stadium = 1 AND cycle = (SELECT max(cycle) FROM orbit {of_six})"

@@ -18,8 +18,8 @@ from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.symmetry import SIZES
 from orbitdb.symbols.words import unpack
 from orbitdb.text import format_float
+from orbitdb.verification.check_classes import fill_rows
 from orbitdb.verification.checks import Check, Scope, differences
-from orbitdb.verification.classes import fill_rows
 
 SWEPT_ANEW = 11
 """Highest period of a sweep to solve again, which takes half a second."""
@@ -31,12 +31,12 @@ _REPETITIONS = 20
 
 def check_sweeps(scope: Scope) -> Iterator[Check]:
     """Check the counts of every chosen whole period that has been swept, and the sums up to `SWEPT_ANEW`."""
-    with_births = {births.p for births in read_birth_fills(scope.connection) if births.complete}
+    with_births = {births.p for births in read_birth_fills(scope.connection) if births.done}
     for selection in scope.selections:
         a = selection.a
         fills = {fill["p"]: fill for fill in fill_rows(scope) if (fill["a"], fill["state"]) == (a, DONE)}
         for sweep in read_sweeps(scope.connection, a):
-            if not (sweep.complete and selection.includes(sweep.p)):
+            if not (sweep.done and selection.includes(sweep.p)):
                 continue
             label = f"p = {sweep.p} at a = {format_float(a)}"
             others = [fills[sweep.p]] if sweep.p in fills else []

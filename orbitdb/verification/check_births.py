@@ -25,8 +25,8 @@ from orbitdb.store.tables import BORN, DIED, DONE
 from orbitdb.symbols.edges import count_by_edges
 from orbitdb.symbols.words import from_strings
 from orbitdb.text import format_float, shortened
+from orbitdb.verification.check_classes import fill_rows
 from orbitdb.verification.checks import LISTED, Block, Check, Part, Scope, blocks, differences
-from orbitdb.verification.classes import fill_rows
 
 _SLOPES = 1e-6
 """Relative difference of slopes: they are taken at values of a that differ by the error of a change."""
@@ -41,7 +41,7 @@ BLOCK = 1000
 def whole_births(scope: Scope) -> list[BirthFill]:
     """Return the periods with complete births that are chosen at some a, or all without selections."""
     stored = read_birth_fills(scope.connection)
-    return [births for births in stored if births.complete and scope.chooses(births.p)]
+    return [births for births in stored if births.done and scope.chooses(births.p)]
 
 
 def check_births(scope: Scope) -> Iterator[Check]:

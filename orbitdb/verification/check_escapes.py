@@ -7,7 +7,7 @@ import numpy as np
 
 from orbitdb.open_stadium.escape import AT, Escape, ways
 from orbitdb.open_stadium.question import Question
-from orbitdb.open_stadium.transfer import Legs
+from orbitdb.open_stadium.transfer import GridLegs
 from orbitdb.store.selection import Selection
 from orbitdb.store.stored_values import stored_escapes
 from orbitdb.text import format_float
@@ -42,7 +42,7 @@ def _escape(found: Escape, _: Scope) -> Iterator[Check]:
         off = np.abs(own.survival - other.survival)
         yield Check.measured("escapes", [f"{label}, {AT[by]} = {at:g}" for at in own.at], off, allowed)
     if found.rate_leg is not None and found.rate_leg_error is not None:
-        legs = Legs.of(asked.opened, _GRID)
+        legs = GridLegs.of(asked.opened, _GRID)
         rate = -legs.growth(1.0, np.ones(legs.size))[0]
         allowed = found.rate_leg_error + _COARSE * rate
         yield Check.measured(

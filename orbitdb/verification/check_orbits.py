@@ -48,7 +48,7 @@ MAX_DENSE = 512
 _VAGUE = 1e-2
 
 
-def rounding_of_places(stadium: Stadium) -> float:
+def rounding_of_positions(stadium: Stadium) -> float:
     """Return how far rounding can move a position in the stadium, or the difference of two positions."""
     return 4 * EPSILON * (stadium.a + 2)
 
@@ -73,7 +73,7 @@ class _Path:
     def of(cls, orbits: Orbits, stadium: Stadium) -> "_Path":
         links = Links.of(stadium, orbits.words, orbits.coordinates)
         curved = ~STRAIGHT[orbits.words]
-        rounding = rounding_of_places(stadium)
+        rounding = rounding_of_positions(stadium)
         place = (orbits.error + rounding)[:, None]
         cosine = np.stack([links.cos_in, links.cos_out])
         sine = np.sqrt(np.maximum(1 - cosine**2, EPSILON**2))
@@ -130,7 +130,7 @@ def with_bounds(orbits: Orbits, stadium: Stadium) -> Orbits:
         return orbits
     part = orbits.rows(bare)
     size = np.abs(np.linalg.eigvalsh(_finite(hessian(stadium, part.words, part.coordinates))))
-    rounding = rounding_of_places(stadium)
+    rounding = rounding_of_positions(stadium)
     error = 2 * np.sqrt(p) * (part.residual + 2 * rounding) / size.min(axis=1)
     length_error = p * (size.max(axis=1) * error**2 + 2 * rounding)
     area_error = enclosed_areas(stadium, part.words, part.coordinates, error)[1]
@@ -384,7 +384,7 @@ def _distances(stored: Orbits, enclosed: "Sequence[Enclosure]", stadium: Stadium
     from orbitdb.orbits.balls import true_errors
 
     distances = true_errors(stored, enclosed)
-    place = stored.error + rounding_of_places(stadium)
+    place = stored.error + rounding_of_positions(stadium)
     allowed = np.stack([stored.error, stored.length_error, stored.lyapunov_error, stored.area_error, place])
     stabilisers = np.array([class_of(word).stabiliser for word in to_strings(stored.words)], np.uint8)
     distances[3] = np.where(encloses_nothing(stabilisers), np.abs(stored.area), distances[3])

@@ -6,7 +6,7 @@ from pathlib import Path
 from orbitdb.filling.workers import at_work
 from orbitdb.open_stadium.escape import Escape
 from orbitdb.open_stadium.question import Question
-from orbitdb.open_stadium.rates import Rates, escape_rates
+from orbitdb.open_stadium.rates import EscapeRates, escape_rates
 from orbitdb.progress import Tell, nobody
 from orbitdb.store.paths import FileId, check_same_file
 from orbitdb.store.storing import keep_escape
@@ -17,7 +17,7 @@ _SECONDS = 2e-7
 
 
 def find_escape(
-    asked: Question, known: Rates | None = None, jobs: int | None = 1, tell: Tell = nobody
+    asked: Question, known: EscapeRates | None = None, jobs: int | None = 1, tell: Tell = nobody
 ) -> Escape:
     """Answer a question about an open stadium, whose rates may be known.
 
