@@ -835,7 +835,7 @@ class Catalogue:
         ModuleNotFoundError
             If Bokeh, of the extra ``atlas``, is not installed.
         """
-        from orbitdb.answers.atlas import only_orbits, write_atlas
+        from orbitdb.answers.atlas import atlas_command, only_orbits, write_atlas
         from orbitdb.answers.dataset import made_by
         from orbitdb.output_files import check_target
 
@@ -847,7 +847,9 @@ class Catalogue:
             rows = then.rows(chosen, order=order, limit=limit, classes=True)
             if not len(subset):
                 return 0
-            return write_atlas(page, subset, {**rows.provenance(), "made_by": made_by(connection)})
+            told = rows.provenance()
+            told["command"] = atlas_command(page, told["database"], chosen, order, limit)
+            return write_atlas(page, subset, told | {"made_by": made_by(connection)})
 
     def copy(
         self,

@@ -7,12 +7,13 @@ Closed forms are recognised numerically, without proof.
 
 import math
 import re
+import shlex
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_UP, Context, Decimal
 from enum import StrEnum
 from fractions import Fraction
-from typing import Self
+from typing import Any, Self
 
 _FORMULA = tuple("=+-@＝＋－＠")
 """Characters that begin a formula in a spreadsheet, including the full-width ones."""
@@ -163,6 +164,37 @@ def parse_int(text: str) -> int:
 def format_float(a: float) -> str:
     """Format a number in the shortest form that reads back as the same number."""
     return f"{a:g}" if float(f"{a:g}") == a else repr(a)
+
+
+def as_options(criteria: Mapping[str, Any]) -> list[str]:
+    """Return criteria of `Catalogue.select` as the options of a command."""
+    words: list[str] = []
+    for name, value in criteria.items():
+        option = f"--{name.replace('_', '-')}"
+        match value:
+            case dict():
+                words += [
+                    word for pair in value.items() for word in ("--parameter", "=".join(map(str, pair)))
+                ]
+            case tuple():
+                low, high = ("" if bound is None else format_float(bound) for bound in value)
+                words += ["--range", f"{name}={low}:{high}"]
+            case list():
+                words += [word for each in value for word in (option, _as_word(each))]
+            case _:
+                words += [option, _as_word(value)]
+    return words
+
+
+def _as_word(value: str | float) -> str:
+    return value if isinstance(value, str) else format_float(value)
+
+
+def shell_line(words: Iterable[str]) -> str:
+    """Return a command as one types it; double quotes are easier to read around single ones."""
+    return " ".join(
+        f'"{word}"' if "'" in word and not set(word) & set('"$`\\!') else shlex.quote(word) for word in words
+    )
 
 
 _UPWARDS = Context(prec=2, rounding=ROUND_UP)

@@ -1,21 +1,22 @@
 // Links the parts of an atlas: the orbit that is selected, its address, the filters and the keys.
 // The names are those of the arguments in atlas.py.
-const d = orbits.data
-const sides = { 0: [0, -1], 2: [0, 1], 1: [-1, 0], 4: [-1, 0], 3: [1, 0], 5: [1, 0] }
+const d = orbits.data, points = scatter.renderers[0].glyph
+const sides = { 0: -1, 2: 1, 1: -1, 4: -1, 3: 1, 5: 1 }  // of the bottom, the top, the left and the right
 
 function show(i) {
   const p = d.p[i], first = d.start[i], word = d.code[i]
   const x = [], y = [], gamma = { walls: [], arcs: [] }, delta = { walls: [], arcs: [] }
   const label = { x: [], y: [], symbol: [] }
   for (let n = 0; n < p; n++) {
-    const at = first + n, bx = bounces.data.x[at], by = bounces.data.y[at], s = word[n]
-    x.push(bx); y.push(by)
-    const curved = s !== "0" && s !== "2", side = sides[s]
-    const centre = curved ? side[0] * half : bx
-    label.x.push(bx + (curved ? 0.14 * (bx - centre) : 0)); label.y.push(by + 0.14 * (curved ? by : side[1]))
+    const at = first + n, s = word[n], curved = s !== "0" && s !== "2", q = bounces.data.coordinate[at]
+    // the outward normal and, on a semicircle, its centre; the coordinate is x or an angle
+    const nx = curved ? sides[s] * Math.cos(q) : 0, ny = curved ? Math.sin(q) : sides[s]
+    const cx = curved ? sides[s] * half : q
+    x.push(cx + nx); y.push(ny)
+    label.x.push(cx + 1.14 * nx); label.y.push(1.14 * ny)
     label.symbol.push(s)
     const part = curved ? "arcs" : "walls"  // the top wall and the left semicircle are turned by half a turn
-    gamma[part].push(bounces.data.gamma[at]); delta[part].push(bounces.data.delta[at])
+    gamma[part].push(bounces.data.gamma[at] / 65535); delta[part].push(bounces.data.delta[at] / 65535)
   }
   const dx = x[1] - x[0], dy = y[1] - y[0]
   path.data = { x: [...x, x[0]], y: [...y, y[0]] }
@@ -69,11 +70,10 @@ orbits.selected.properties.indices.change.connect(() => {
 })
 sought.properties.value_input.change.connect(filter)
 for (const each of [period, reversal]) each.properties.value.change.connect(filter)
-for (const [each, key, axis] of [[abscissa, "x", across], [ordinate, "y", up]])
+for (const [each, key, axis] of [[abscissa, "x", scatter.below[0]], [ordinate, "y", scatter.left[0]]])
   each.properties.value.change.connect(() => {
-    orbits.data[key] = orbits.data[each.value]
+    points[key] = { field: each.value }
     axis.axis_label = each.value
-    orbits.change.emit()
   })
 window.addEventListener("hashchange", follow)
 window.addEventListener("keydown", (event) => {

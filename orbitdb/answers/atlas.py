@@ -15,7 +15,6 @@ import numpy as np
 
 from orbitdb.answers.dataset import CITE
 from orbitdb.answers.subset import Subset
-from orbitdb.arrays import Floats, Integers
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.display import load
 from orbitdb.errors import InputError
@@ -24,7 +23,7 @@ from orbitdb.output_files import atomic_file
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.plane import symbol_plane
 from orbitdb.symbols.symmetry import members
-from orbitdb.text import format_float
+from orbitdb.text import as_options, format_float, shell_line
 from orbitdb.trajectories.pruning_front import Front, PruningFront
 
 MOST = 50_000
@@ -52,6 +51,9 @@ _WALL, _PATH, _POINTS, _FRONT, _TEXT = "#808080", "#d1495b", "#1d8fa3", "#9a6fb5
 _INPUT = ".bk-input { background-color: Canvas !important; color: CanvasText !important; }"
 """The style of fields, so that they follow the page into dark mode."""
 
+_FINEST = 2**16 - 1
+"""Steps from 0 to 1 in the symbol plane; more than a screen has take room in the file."""
+
 _STEP = 1e-3
 """Distance in the symbol plane below which points of a front are drawn as one."""
 
@@ -63,6 +65,12 @@ def only_orbits(chosen: Sequence[Selection]) -> Selection:
     if {*chosen[0].statuses} - {Status.ORBIT}:
         raise InputError("an atlas shows orbits: leave out the other statuses")
     return replace(chosen[0], statuses=(Status.ORBIT,))
+
+
+def atlas_command(page: Path, catalogue: str, chosen: Selection, order: str, limit: int | None) -> str:
+    """Return the command that writes an atlas."""
+    options = chosen.criteria() | {"order": order} | ({} if limit is None else {"limit": limit})
+    return shell_line(["orbitdb", "export", page.name, "--db", catalogue, *as_options(options)])
 
 
 def write_atlas(path: Path, subset: Subset, provenance: Mapping[str, Any]) -> int:
@@ -93,89 +101,109 @@ def write_atlas(path: Path, subset: Subset, provenance: Mapping[str, Any]) -> in
 
 
 def _page(subset: Subset, provenance: Mapping[str, Any]) -> str:
-    from bokeh.document import Document
     from bokeh.embed import file_html
-    from bokeh.models import BooleanFilter, CDSView, ColumnDataSource, CustomJS, Div, Select, TextInput
     from bokeh.resources import INLINE
 
-    stadium = Stadium(subset.selection.a)
-    points, plane, start = _bounces(subset, stadium)
-    data: dict[str, Any] = {name: np.asarray(getattr(subset, name)) for name in (*_NUMBERS, *_ERRORS)}
-    data |= {name: getattr(subset, name).tolist() for name in ("code", "time_reversal", "symmetry")}
-    data |= {"x": data["length"], "y": data["lambda_c"], "start": start}
-    data["words"] = [" ".join(members(code)) for code in subset.code.tolist()]
-    orbits = ColumnDataSource(data, name="orbits")
-    bounces = ColumnDataSource(
-        dict(zip(("x", "y", "gamma", "delta"), (*points.T, *plane.T.astype(np.float32)), strict=True))
-    )
-    empty: tuple[dict[str, Any], ...] = (
-        {"x": [], "y": []}, {"x": [], "y": [], "symbol": []}, {"x": [], "y": [], "angle": []},
-        {"gamma": [], "delta": []}, {"gamma": [], "delta": []},
-    )  # fmt: skip
-    path, symbols, arrow, walls, arcs = map(ColumnDataSource, empty)
-    kept = BooleanFilter()
-    view = CDSView(filter=kept)
-    front = PruningFront(stadium.a)
-    options = [name for name in _NUMBERS if np.isfinite(data[name]).any()]
-    periods = sorted({*map(str, subset.p.tolist())}, key=int)
-    roots = {
-        "table": (table := _table(orbits, view)),
-        "picture": _picture(stadium, path, symbols, arrow),
-        "scatter": (scatter := _scatter(orbits, view)),
-        "walls": _plane(front.walls, walls, "bounces on walls"),
-        "arcs": _plane(front.semicircles, arcs, "bounces on semicircles"),
-        "facts": Div(sizing_mode="stretch_width"),
-        "sought": TextInput(placeholder="find a word, in any rotation", sizing_mode="stretch_width"),
-        "period": Select(options=["every p", *periods], value="every p", width=100),
-        "reversal": Select(options=["any reversal", "self", "pair"], value="any reversal", width=120),
-        "abscissa": Select(title="across", options=options, value="length", width=130),
-        "ordinate": Select(title="up", options=options, value="lambda_c", width=130),
-    }
-    for name in ("sought", "period", "reversal", "abscissa", "ordinate"):
-        roots[name].stylesheets = [_INPUT]
-    own = {name: roots[name] for name in ("facts", "sought", "period", "reversal", "abscissa", "ordinate")}
-    script = (files(__package__) / "atlas.js").read_text(encoding="utf-8")
-    linked = {
-        **own, "orbits": orbits, "bounces": bounces, "path": path, "symbols": symbols, "arrow": arrow,
-        "walls": walls, "arcs": arcs, "kept": kept, "table": table, "across": scatter.xaxis[0],
-        "up": scatter.yaxis[0], "half": stadium.a,
-    }  # fmt: skip
-    document = Document(title=_title(subset))
-    for name, model in roots.items():
-        model.name = name
-        document.add_root(model)
-    document.js_on_event("document_ready", CustomJS(args=linked, code=script))
-    told = {**provenance, "cite": CITE}
-    told["partial"] = ", ".join(map(str, provenance["partial"])) or "none"
-    lines = "".join(
+    told = {**provenance, "partial": ", ".join(map(str, provenance["partial"])) or "none", "cite": CITE}
+    lines = (
         f"<dt>{html.escape(name)}</dt><dd>{html.escape(str(value))}</dd>" for name, value in told.items()
     )
     shown = {
         "heading": _title(subset),
         "count": f"{len(subset):,} symmetry classes. Click a row or a point; j and k, or the arrows, go on.",
-        "provenance": lines,
+        "provenance": "".join(lines),
         "metadata": json.dumps(dict(provenance)).replace("<", "\\u003c"),
     }
-    template = (files(__package__) / "atlas.html").read_text(encoding="utf-8")
-    return str(file_html(document, INLINE, template=template, template_variables=shown))
+    return str(file_html(_document(subset), INLINE, template=_text("atlas.html"), template_variables=shown))
+
+
+def _text(name: str) -> str:
+    return (files(__package__) / name).read_text(encoding="utf-8")
 
 
 def _title(subset: Subset) -> str:
     return f"Periodic orbits of the stadium billiard, a = {format_float(subset.selection.a)}"
 
 
-def _bounces(subset: Subset, stadium: Stadium) -> tuple[Floats, Floats, Integers]:
-    """Return the points of all bounces, in the stadium and in the symbol plane, and where each orbit starts.
+def _document(subset: Subset) -> Any:
+    """Return the parts of the page, with the script that links them."""
+    from bokeh.document import Document
+    from bokeh.models import BooleanFilter, CDSView, ColumnDataSource, CustomJS
 
-    Both have shape (sum of p, 2).
-    """
-    start = subset.start[:-1]
-    points, plane = np.empty((2, int(subset.p.sum()), 2))
+    sources = {name: ColumnDataSource(data) for name, data in (_stored(subset) | _DRAWN).items()}
+    view = CDSView(filter=(kept := BooleanFilter()))
+    charts, fields = _charts(subset, sources, view), _fields(subset)
+    document = Document(title=_title(subset))
+    for name, model in {**charts, **fields}.items():
+        model.name = name
+        document.add_root(model)
+    linked = {
+        **sources, **fields, "table": charts["table"], "scatter": charts["scatter"], "kept": kept,
+        "half": subset.selection.a,
+    }  # fmt: skip
+    document.js_on_event("document_ready", CustomJS(args=linked, code=_text("atlas.js")))
+    return document
+
+
+_DRAWN: dict[str, dict[str, Any]] = {
+    "path": {"x": [], "y": []},
+    "symbols": {"x": [], "y": [], "symbol": []},
+    "arrow": {"x": [], "y": [], "angle": []},
+    "walls": {"gamma": [], "delta": []},
+    "arcs": {"gamma": [], "delta": []},
+}
+"""What is drawn of the orbit that is shown; the script fills it."""
+
+
+def _stored(subset: Subset) -> dict[str, dict[str, Any]]:
+    """Return the columns of the classes, and of all their bounces, one orbit after the other."""
+    orbits: dict[str, Any] = {name: np.asarray(getattr(subset, name)) for name in (*_NUMBERS, *_ERRORS)}
+    orbits |= {name: getattr(subset, name).tolist() for name in ("code", "time_reversal", "symmetry")}
+    orbits |= {
+        "start": subset.start[:-1],
+        "words": [" ".join(members(code)) for code in subset.code.tolist()],
+    }
+    plane = np.empty((int(subset.p.sum()), 2))
     for p in np.unique(subset.p).tolist():
-        words, coordinates = subset.of_period(p)
-        rows = start[subset.p == p][:, None] + np.arange(p)
-        points[rows], plane[rows] = stadium.points(words, coordinates), symbol_plane(words)
-    return points, plane, start
+        places = subset.start[:-1][subset.p == p][:, None] + np.arange(p)
+        plane[places] = symbol_plane(subset.of_period(p)[0])
+    gamma, delta = np.round(plane.T * _FINEST).astype(np.uint16)
+    return {
+        "orbits": orbits,
+        "bounces": {"coordinate": subset.coordinates, "gamma": gamma, "delta": delta},
+    }
+
+
+def _charts(subset: Subset, sources: Mapping[str, Any], view: Any) -> dict[str, Any]:
+    """Return the table and the pictures."""
+    front = PruningFront(subset.selection.a)
+    return {
+        "table": _table(sources["orbits"], view),
+        "picture": _picture(
+            Stadium(subset.selection.a), *(sources[name] for name in ("path", "symbols", "arrow"))
+        ),
+        "scatter": _scatter(sources["orbits"], view),
+        "walls": _plane(front.walls, sources["walls"], "bounces on walls"),
+        "arcs": _plane(front.semicircles, sources["arcs"], "bounces on semicircles"),
+    }
+
+
+def _fields(subset: Subset) -> dict[str, Any]:
+    """Return the facts of the orbit, and the fields in which one chooses rows and axes."""
+    from bokeh.models import Div, Select, TextInput
+
+    columns = [name for name in _NUMBERS if np.isfinite(getattr(subset, name).astype(float)).any()]
+    periods = sorted({*map(str, subset.p.tolist())}, key=int)
+    fields = {
+        "sought": TextInput(placeholder="find a word, in any rotation", sizing_mode="stretch_width"),
+        "period": Select(options=["every p", *periods], value="every p", width=100),
+        "reversal": Select(options=["any reversal", "self", "pair"], value="any reversal", width=120),
+        "abscissa": Select(title="across", options=columns, value="length", width=130),
+        "ordinate": Select(title="up", options=columns, value="lambda_c", width=130),
+    }
+    for field in fields.values():
+        field.stylesheets = [_INPUT]
+    return {"facts": Div(sizing_mode="stretch_width"), **fields}
 
 
 def _table(orbits: Any, view: Any) -> Any:
@@ -188,7 +216,7 @@ def _table(orbits: Any, view: Any) -> Any:
     for column in columns:
         if column.field in _NUMBERS and column.field != "p":
             column.formatter = NumberFormatter(format="0.000000")
-    style = InlineStyleSheet(css=(files(__package__) / "atlas-table.css").read_text(encoding="utf-8"))
+    style = InlineStyleSheet(css=_text("atlas-table.css"))
     return DataTable(
         source=orbits, view=view, columns=columns, index_position=None, sizing_mode="stretch_width",
         height=560, stylesheets=[style], autosize_mode="none", reorderable=False,
@@ -235,8 +263,8 @@ def _scatter(orbits: Any, view: Any) -> Any:
         x_axis_label="length", y_axis_label="lambda_c",
     )  # fmt: skip
     made.scatter(
-        "x", "y", source=orbits, view=view, size=5, color=_POINTS, alpha=0.5, selection_color=_PATH,
-        selection_alpha=1, nonselection_alpha=0.4,
+        "length", "lambda_c", source=orbits, view=view, size=5, color=_POINTS, alpha=0.5,
+        selection_color=_PATH, selection_alpha=1, nonselection_alpha=0.4,
     )  # fmt: skip
     made.add_tools(HoverTool(tooltips=[("word", "@code"), ("p", "@p"), ("length", "@length{0.000000}")]))
     return made

@@ -142,6 +142,25 @@ class Selection:
         lives = self.exists or self.not_at or self.ranges.keys() & OF_STATUS
         return () if named or lives or self.codes else (Status.ORBIT,)
 
+    def criteria(self) -> dict[str, Any]:
+        """Return the criteria from which `from_criteria` makes this selection, except the usual ones."""
+        spans = [str(low) if low == high else f"{low}-{high}" for low, high in self.periods]
+        statuses = self.statuses or [status for status in STORED if status is not Status.GEOMETRIC]
+        criteria = {
+            "p": ",".join(spans),
+            "status": "" if self.statuses == self.usual_statuses else ",".join(statuses),
+            "code": list(self.codes),
+            **{name: getattr(self, name) for name in ("time_reversal", "symmetry", "contains")},
+            "without": list(self.without),
+            "opening": list(map(str, self.opening)),
+            "exists": list(self.exists),
+            "not_at": list(self.not_at),
+            **{name: tuple(bounds) for name, bounds in self.ranges.items()},
+            "where": self.where,
+            "parameters": dict(self.parameters),
+        }
+        return {"a": self.a, **{name: value for name, value in criteria.items() if value}}
+
     def check_opening(self) -> None:
         """Raise `OpeningError` if an opening does not fit on the boundary at this a."""
         spans_on(Stadium(self.a), self.opening)

@@ -3,7 +3,8 @@
 `class` has one row per class and value of a, `catalogue` one per word and value of a; both are ordered by a,
 class and element. `life` has one row per life of a class. A new column of the catalogue is one expression
 here, one entry in `orbitdb.columns`, and a property of `Orbit` and `Subset`. Files keep the views of the
-version that wrote them, for other programs; every reading connection of this program makes its own.
+version that wrote them, for other programs; every reading connection of this program makes its own. DuckDB
+translates them: it has no iif(), for example.
 """
 
 from collections.abc import Mapping
@@ -96,7 +97,7 @@ WORD_COLUMNS: Expressions = {
     "code": func.substr(t.cycle.c.words, 1 + t.cycle.c.p * t.element.c.n, t.cycle.c.p),
     "rules": null(),
     "element": t.element.c.element,
-    "area": func.iif(t.element.c.element.in_(ODD), 0.0 - t.orbit.c.area, t.orbit.c.area),
+    "area": case((t.element.c.element.in_(ODD), 0.0 - t.orbit.c.area), else_=t.orbit.c.area),
 }
 """Columns of `catalogue` whose values differ between the words of a class."""
 

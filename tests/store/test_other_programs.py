@@ -40,3 +40,17 @@ def test_duckdb_reads_an_exported_file(filled, tmp_path):
     Catalogue(filled, a=1.6).rows(status="orbit").write(target)
     query = f"SELECT p, count(*) FROM '{target}' GROUP BY p ORDER BY p"
     assert duckdb.sql(query).fetchall() == numbers(filled)
+
+
+@pytest.mark.slow
+def test_duckdb_attaches_the_file(filled):
+    duckdb = pytest.importorskip("duckdb")
+    connection = duckdb.connect()
+    try:
+        connection.execute(f"ATTACH '{filled}' AS orbits (TYPE sqlite)")
+    except duckdb.IOException:
+        pytest.skip("DuckDB's extension for SQLite is neither installed nor can it be downloaded")
+    names = ("code", "p", "length", "area", "quarter_maslov", "quarter_length")
+    query = f"SELECT {', '.join(names)} FROM orbits.catalogue WHERE a = 1.6 AND status = 'orbit'"
+    found = connection.execute(query).fetchall()
+    assert sorted(found) == sorted(map(tuple, Catalogue(filled, a=1.6).rows(columns=names)))

@@ -1,7 +1,6 @@
 """The choices that make up the rows: each change gives a new `Selection`, and a `View` writes them down."""
 
 import re
-import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +17,7 @@ from orbitdb.cli.tui.stored import USUAL, Kept, Ordering, begun_periods
 from orbitdb.orbits.status import Status
 from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.where import bound_names, check
-from orbitdb.text import format_float, printable
+from orbitdb.text import as_options, format_float, printable, shell_line
 
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)
 """The statuses that rows can have, in the order in which lists show them."""
@@ -33,16 +32,6 @@ _WITHIN = 1e-9
 """Relative difference within which a real number counts as equal to the one under the cursor."""
 
 
-def _spans(selection: Selection) -> list[str]:
-    """Return the ranges of periods as texts, such as ``2-8``."""
-    return [str(low) if low == high else f"{low}-{high}" for low, high in selection.periods]
-
-
-def _quoted(word: str) -> str:
-    """Return a word for the shell; double quotes are easier to read around single ones."""
-    return f'"{word}"' if "'" in word and not set(word) & set('"$`\\!') else shlex.quote(word)
-
-
 class View(NamedTuple):
     """The rows that are shown."""
 
@@ -53,25 +42,8 @@ class View(NamedTuple):
 
     def command(self, path: Path) -> str:
         """Return the shell command that writes these rows."""
-        words = ["orbitdb", "query", "--db", str(path)]
-        for name, value in self._criteria().items():
-            option = f"--{name.replace('_', '-')}"
-            match value:
-                case dict():
-                    words += [
-                        word for pair in value.items() for word in ("--parameter", "=".join(map(str, pair)))
-                    ]
-                case tuple():
-                    low, high = ("" if bound is None else format_float(bound) for bound in value)
-                    words += ["--range", f"{name}={low}:{high}"]
-                case list():
-                    words += [
-                        text for a in value for text in (option, a if isinstance(a, str) else format_float(a))
-                    ]
-                case _:
-                    words += [option, format_float(value) if isinstance(value, float) else value]
-        words += ["--classes"] * self.by_class
-        return " ".join(map(_quoted, [*words, "-c", ",".join(self.columns)]))
+        columns = ["--classes"] * self.by_class + ["-c", ",".join(self.columns)]
+        return shell_line(["orbitdb", "query", "--db", str(path), *as_options(self._criteria()), *columns])
 
     def python(self, path: Path) -> str:
         """Return the line of Python that selects these rows, after ``from orbitdb import Catalogue``."""
@@ -81,24 +53,8 @@ class View(NamedTuple):
 
     def _criteria(self) -> dict[str, Any]:
         """Return the arguments of `Catalogue.select` that give these rows."""
-        chosen = self.selection
-        usual = chosen.statuses == chosen.usual_statuses
-        statuses = chosen.statuses or [status for status in SHOWN if status is not Status.GEOMETRIC]
-        criteria = {
-            "p": ",".join(_spans(chosen)),
-            "status": "" if usual else ",".join(statuses),
-            "code": list(chosen.codes),
-            **{name: getattr(chosen, name) for name in ("time_reversal", "symmetry", "contains")},
-            "without": list(chosen.without),
-            "opening": list(map(str, chosen.opening)),
-            "exists": list(chosen.exists),
-            "not_at": list(chosen.not_at),
-            **{name: tuple(bounds) for name, bounds in chosen.ranges.items()},
-            "where": chosen.where,
-            "parameters": dict(chosen.parameters),
-            "order": "" if self.ordering == Ordering() else str(self.ordering),
-        }
-        return {"a": chosen.a, **{name: value for name, value in criteria.items() if value}}
+        order = {} if self.ordering == Ordering() else {"order": str(self.ordering)}
+        return self.selection.criteria() | order
 
 
 class FilterBar(Static, Working):
@@ -279,7 +235,7 @@ def chips(selection: Selection, a_values: Sequence[float]) -> str:
     stored = several if selection.a in (a_values or [selection.a]) else ", not filled"
     parts = [
         ("half_length", "a", f"{format_float(selection.a)}{stored}"),
-        ("turn('periods')", "\\[ ]", f"p {', '.join(_spans(selection)) or 'all'}"),
+        ("turn('periods')", "\\[ ]", f"p {selection.criteria().get('p', 'all').replace(',', ', ')}"),
         ("turn('statuses')", "o", ", ".join(selection.statuses) or "every status"),
         ("turn('time_reversal')", "r", reversal[selection.time_reversal]),
         ("filter", "/", escaped(selection.describe_rest()) or "no filter"),
