@@ -14,9 +14,8 @@ from orbitdb.text import real
 
 if TYPE_CHECKING:
     from orbitdb.arrays import Floats
-    from orbitdb.catalogue import Catalogue
     from orbitdb.quantum.level_files import LevelTable
-    from orbitdb.quantum.weyl import Parity
+    from orbitdb.quantum.weyl import Parity, Wavenumbers
 
 
 class Radius(NamedTuple):
@@ -33,7 +32,11 @@ def read_radius(text: str) -> Radius:
 
 
 Range = Annotated[
-    str | None, typer.Option(metavar="LOW:HIGH", help="Range of wavenumbers k, in units of 1/radius.")
+    str | None,
+    typer.Option(
+        metavar="LOW:HIGH",
+        help="Range of wavenumbers k, in units of 1/radius; a single number is its upper end.",
+    ),
 ]
 Lengths = Annotated[
     str | None,
@@ -112,15 +115,13 @@ class GivenLevels:
         """Return the levels k of one parity or of all, in ascending order; None if no file is given."""
         return None if self.levels is None else self._levels(self._table(self.levels), parity)
 
-    def by_parity(self, catalogue: "Catalogue", a: float) -> "dict[Parity, Floats]":
-        """Return the levels of each parity, from the file or the catalogue."""
-        from orbitdb.billiard.stadium import Stadium
-        from orbitdb.quantum.weyl import check_levels, parities_of
+    def by_parity(self) -> "dict[Parity, Floats] | None":
+        """Return the levels k of each parity in the file; None if no file is given."""
+        from orbitdb.quantum.weyl import parities_of
 
-        named = parities_of(self.parity)
         if self.levels is None:
-            return {parity: catalogue.levels(parity=parity, a=a).k for parity in named}
-        table = self._table(self.levels)
+            return None
+        named, table = parities_of(self.parity), self._table(self.levels)
         in_file = {*table.parity}
         if in_file == {None} and len(named) > 1:
             raise InputError(
@@ -128,10 +129,7 @@ class GivenLevels:
                 f"{_name(self.levels)}"
             )
         given = [parity for parity in named if in_file == {None} or parity in in_file]
-        return {
-            parity: check_levels(self._levels(table, parity), Stadium(a), parity, self.window)
-            for parity in given
-        }
+        return {parity: self._levels(table, parity) for parity in given}
 
     def _table(self, path: Path) -> "LevelTable":
         from orbitdb.quantum.level_files import read_table
@@ -170,14 +168,15 @@ def read_range(name: str, text: str) -> tuple[float, float]:
     return low, high
 
 
-def read_k(text: str) -> float | tuple[float, float]:
-    """Parse --k where it may be a range or a single wavenumber."""
-    if ":" in text:
-        return read_range("--k", text)
+def read_k(text: str) -> "Wavenumbers":
+    """Parse --k: LOW:HIGH, of which either end can be left out, or one number."""
+    first, colon, last = text.partition(":")
     try:
-        k = real(text)
+        low, high = real(first) if first or not colon else 0.0, real(last) if last else math.inf
     except ValueError:
-        k = -1.0
-    if not 0 < k < 1e6:
-        raise InputError(f"--k {text!r:.40}: give LOW:HIGH, such as 20:22, or one k above 0")
-    return k
+        low = high = -1.0
+    if not (0 <= low < high if colon else 0 < low < math.inf) or text == ":":
+        raise InputError(
+            f"--k {text!r:.40}: give LOW:HIGH with 0 <= LOW < HIGH, such as 0:30, or one k above 0"
+        )
+    return (low, high if last else None) if colon else low

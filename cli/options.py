@@ -376,7 +376,7 @@ class SelectionOptions:
     def criteria(
         self, usual: Sequence[str] | None = None, code: Iterable[str] | None = None
     ) -> "dict[str, Any]":
-        """Return the criteria of `Catalogue.select`; raise if an option cannot be parsed.
+        """Return the criteria of a `Selection`; raise if an option cannot be parsed.
 
         `usual` are the statuses to choose if none is named, where they are not those of `Selection`, and
         `code` the words given with --code.

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack, cast, overload
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.display import Rows
+from orbitdb.display import Rows, load
 from orbitdb.errors import InputError, StoreError, as_texts, check_int, check_text
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import Status
@@ -59,10 +59,11 @@ if TYPE_CHECKING:
     from orbitdb.open_stadium.escape import Escape
     from orbitdb.open_stadium.openings import Opening
     from orbitdb.orbits.exponents import OrbitClasses
+    from orbitdb.plots.style import Picture
     from orbitdb.quantum.exact_levels import Levels
     from orbitdb.quantum.length_spectrum import Spectrum
     from orbitdb.quantum.missing_levels import Assessment
-    from orbitdb.quantum.weyl import Parity
+    from orbitdb.quantum.weyl import Parity, Wavenumbers
     from orbitdb.store.file import Migration
     from orbitdb.store.merging import Merged
     from orbitdb.store.periods import BirthFill, Contents, Fill, Sweep
@@ -494,15 +495,14 @@ class Catalogue:
         classes: bool = False,
         **criteria: Unpack[Criteria],
     ) -> "Listing":
-        """Return the rows of a subset, one per word, chosen by a `Selection` or by the criteria of `select`.
+        """Return the rows of a subset, one per word (criteria: see `Selection`).
 
         Iterating over the result reads the rows; it also says how many there are, and what is missing.
 
         Parameters
         ----------
         selection : Selection or sequence of Selection, optional
-            The subset, or one for each of several a; you can give criteria instead, and several values as
-            ``a``.
+            The subset, or one for each of several a; you can give criteria instead, also with several ``a``.
         columns : sequence of str, optional
             Names of columns of the view ``catalogue``, by default all, or ``coordinates``, ``area_slope`` or
             ``words``.
@@ -554,7 +554,7 @@ class Catalogue:
         by: str | Sequence[str] | None = None,
         **criteria: Unpack[Criteria],
     ) -> "int | Result":
-        """Return the number of words in a chosen subset, given as in `select`.
+        """Return the number of words in a subset (criteria: see `Selection`).
 
         With `by`, return a table of the numbers of words and classes instead.
 
@@ -593,7 +593,7 @@ class Catalogue:
         bins: int = 20,
         **criteria: Unpack[Criteria],
     ) -> "Histogram":
-        """Count the words of a chosen subset, given as in `select`, in bins of a column with real numbers.
+        """Count the words of a subset (criteria: see `Selection`) in bins of a column with real numbers.
 
         Parameters
         ----------
@@ -623,12 +623,12 @@ class Catalogue:
         classes: bool = False,
         **criteria: Unpack[Criteria],
     ) -> "Subset":
-        """Return a chosen subset as arrays, one entry per word.
+        """Return a subset as arrays, one entry per word (criteria: see `Selection`).
 
         Parameters
         ----------
         selection : Selection, optional
-            The subset; you can give the criteria below instead.
+            The subset; you can give criteria instead.
         order : str, optional
             Columns to sort by, as in `rows`.
         limit : int, optional
@@ -637,24 +637,6 @@ class Catalogue:
             Whether to read the coordinates at once; otherwise they are read when they are needed.
         classes : bool, optional
             Whether to return one entry per symmetry class with chosen words: the least of them.
-        a : float, optional
-            Half length of the stadium; by default the catalogue's.
-        p : int, str or iterable of int, optional
-            A period, several periods such as ``range(2, 6)``, or a text such as ``2,3,5-7``.
-        status : Status, str or iterable of them, optional
-            One or more statuses; a text such as ``orbit,boundary`` can name several.
-        time_reversal, symmetry, contains, where, parameters : optional
-            As in `Selection`.
-        without : str or iterable of str, optional
-            Patterns of symbols that the words must not contain, read cyclically, such as ``"0202"``.
-        opening : str or iterable of str, optional
-            Intervals of the boundary in which the words must not have a bounce, such as ``"top:-0.3:0.3"``.
-        exists, not_at : float or iterable of float, optional
-            Values of ``a`` at which the words must be orbits, and at which they must not be.
-        length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float, float), optional
-            Least and greatest value, or None for no limit, as in ``length=(3, None)``.
-        walls : int or (int, int), optional
-            Number of bounces on straight walls, or its least and greatest value.
 
         Raises
         ------
@@ -673,9 +655,9 @@ class Catalogue:
 
     @with_criteria
     def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "OrbitClasses":
-        """Return the symmetry classes of chosen orbits, each with the number of its words in the subset.
+        """Return the symmetry classes of a subset, each with its number of words (criteria: see `Selection`).
 
-        The parameters are those of `select`. Orbits through a joint are included if you ask for their status.
+        Orbits through a joint are included if you ask for their status.
         """
         from orbitdb.answers.complete_periods import read_classes
 
@@ -705,7 +687,7 @@ class Catalogue:
     ) -> "Result":
         """Return the topological entropy estimated from chosen orbits, by period, and proved bounds on it.
 
-        The parameters are those of `select`; several ``a`` give one table, with ``a`` as its first column.
+        Criteria: see `Selection`. Several ``a`` give one table, with ``a`` as its first column.
 
         Examples
         --------
@@ -726,9 +708,9 @@ class Catalogue:
         progress: Tell | None = None,
         **criteria: Unpack[Criteria],
     ) -> "Result":
-        """Return the Lyapunov exponents averaged over orbits chosen as in `select`, by period and method.
+        """Return the Lyapunov exponents averaged over chosen orbits, by period and method.
 
-        Several ``a`` give one table, with ``a`` as its first column.
+        Criteria: see `Selection`. Several ``a`` give one table, with ``a`` as its first column.
 
         Parameters
         ----------
@@ -754,7 +736,7 @@ class Catalogue:
     ) -> "Result":
         """Return counts, entropies and Lyapunov averages by period in one table, as the screen shows them.
 
-        The parameters are those of `lyapunov`; N_c counts the chosen orbits alone.
+        Criteria: see `Selection`; `weight` is that of `lyapunov`. N_c counts the chosen orbits alone.
 
         Examples
         --------
@@ -777,7 +759,8 @@ class Catalogue:
     ) -> "Dataset":
         """Write a folder that others can load and cite, with the chosen words of complete periods.
 
-        Its tables of classes, births, counts, averages, bounds and levels are not limited to these words.
+        Criteria: see `Selection`. Its tables of classes, births, counts, averages, bounds and levels are not
+        limited to these words.
 
         Parameters
         ----------
@@ -814,6 +797,7 @@ class Catalogue:
         The page is one file that opens in any browser, without a server or the network. It has a table of the
         classes, a scatter plot of any two columns, the picture and the facts of the orbit that you click, its
         bounces in the symbol plane, and where all this comes from. Without classes, nothing is written.
+        Criteria: see `Selection`.
 
         Parameters
         ----------
@@ -895,6 +879,16 @@ class Catalogue:
             with atomic_file(path) as draft:
                 copy_into(connection, draft)
 
+    @overload
+    def identify(
+        self,
+        *,
+        length: float,
+        tolerance: float | None = None,
+        limit: int | None = None,
+        a: float | None = None,
+    ) -> "Candidates": ...
+    @overload
     def identify(
         self,
         *,
@@ -904,12 +898,25 @@ class Catalogue:
         bounces: int | None = None,
         limit: int | None = None,
         a: float | None = None,
-    ) -> "Trajectory":
-        """Find the orbits that a trajectory shadows, given its start or its bounces.
+    ) -> "Trajectory": ...
+    def identify(
+        self,
+        *,
+        start: Sequence[float] | None = None,
+        points: "ArrayLike | None" = None,
+        length: float | None = None,
+        tolerance: float | None = None,
+        bounces: int | None = None,
+        limit: int | None = None,
+        a: float | None = None,
+    ) -> "Trajectory | Candidates":
+        """Find the orbits that a trajectory shadows, given its start or its bounces, or those of a length.
 
         The trajectory is converted to symbols. Each piece between near returns, up to 24 bounces long, is
         looked up as a word, or solved if it is not stored. The result contains the orbits that the trajectory
         follows for at least two bounces; the one that it goes round most often comes first.
+
+        A length is compared with that of each stored orbit, traversed once or more; the closest come first.
 
         Parameters
         ----------
@@ -920,56 +927,37 @@ class Catalogue:
             Instead of a start, x and y of 3 to 1000 successive bounces; the last may repeat the first. The
             whole sequence is also tried as a word, whatever its period. If a point is closer to a joint of
             wall and semicircle than its error, it may be assigned to the wrong side, and the orbit missed.
+        length : float, optional
+            Instead, the total length of all traversals of an orbit, in units of the radius.
         tolerance : float, optional
             Largest distance between a bounce and the corresponding bounce of the orbit, and between a point
-            and the boundary; at most 1, by default 0.01.
+            and the boundary; 0.01 by default. Or the largest difference of lengths, to which the error bound
+            of each stored length is added; 0.001 by default. At most 1.
         bounces : int, optional
             Number of bounces to follow in each direction from a start; 60 by default. The trajectory ends
             where rounding may have moved a bounce by as much as the tolerance.
         limit : int, optional
-            Maximum number of orbits to return; 10 by default.
+            Maximum number of orbits to return; by default 10, or all of a length.
 
         Examples
         --------
         >>> trajectory = catalogue.identify(start=(0, 0.001, 0))
         >>> [(stretch.orbit.code, stretch.first, stretch.bounces) for stretch in trajectory.shadowed[:1]]
         [('31', -1, 4)]
+        >>> [(match.code, match.repetitions) for match in catalogue.identify(length=20.8)]
+        [('13', 2)]
         """
-        from orbitdb.answers.identification import identify_trajectory
+        from orbitdb.answers.identification import identify_trajectory, read_candidates
 
+        if length is not None:
+            if start is not None or points is not None or bounces is not None:
+                raise InputError("give one of start, points and length; bounces goes with start")
+            with self._reading() as connection:
+                return read_candidates(connection, self._at(a, connection), length, tolerance, limit)
         with self.snapshot() as then:
             at = Stadium(then._at(a))
             find = partial(then.orbit, a=at.a)
             return identify_trajectory(at, find, start, points, tolerance, bounces, limit)
-
-    def with_length(
-        self,
-        length: float,
-        *,
-        tolerance: float | None = None,
-        limit: int | None = None,
-        a: float | None = None,
-    ) -> "Candidates":
-        """Find the stored orbits with a given length, traversed once or more; the closest matches come first.
-
-        Parameters
-        ----------
-        length : float
-            Total length of all traversals, in units of the radius.
-        tolerance : float, optional
-            Largest difference, at most 1; 0.001 by default. The error bound of each stored length is added.
-        limit : int, optional
-            Maximum number of orbits to return; by default all.
-
-        Examples
-        --------
-        >>> [(match.code, match.repetitions) for match in catalogue.with_length(20.8)]
-        [('13', 2)]
-        """
-        from orbitdb.answers.identification import read_candidates
-
-        with self._reading() as connection:
-            return read_candidates(connection, self._at(a, connection), length, tolerance, limit)
 
     # in a magnetic field
 
@@ -992,7 +980,7 @@ class Catalogue:
         kappa : float or sequence of float
             Curvatures of the path, 1 / (cyclotron radius), in 1/radius; positive if it turns left.
         selection : Selection, optional
-            The words, by default those of all filled periods; or give criteria, as in `select`. They apply to
+            The words, by default those of all filled periods; or give criteria (`Selection`). They apply to
             the stored numbers, which are those without a field.
         code : str or iterable of str, optional
             Instead, primitive words of any period, stored or not; a single text is one word.
@@ -1050,7 +1038,7 @@ class Catalogue:
             return need_of_pruned(self._present().path, wanted, number)
         return need(self._present().path, at, wanted, number, SWEEP if sweep else method)
 
-    def check_room(self, *needed: "Need") -> None:
+    def _check_room(self, *needed: "Need") -> None:
         """Raise `StoreError` if the disk has less free space than fills need (`estimate`)."""
         from orbitdb.filling.estimate import check_room
 
@@ -1391,7 +1379,7 @@ class Catalogue:
         Parameters
         ----------
         selection : Selection or sequence of Selection, optional
-            What to check, by default everything at every ``a``; or give criteria, as in `select`.
+            What to check, by default everything at every ``a``; or give criteria (`Selection`).
         sample : int, optional
             Check only this many classes, drawn at random.
         restarts : int, optional
@@ -1502,7 +1490,7 @@ class Catalogue:
 
     def fill_levels(
         self,
-        k: float | tuple[float, float],
+        k: "Wavenumbers",
         *,
         parity: "Sequence[Parity | str] | str | None" = None,
         jobs: int | None = 1,
@@ -1514,7 +1502,7 @@ class Catalogue:
 
         Parameters
         ----------
-        k : (float, float) or float
+        k : float or (float, float)
             The range of wavenumbers, in 1/radius. As in Python's `range`, a single number is the upper end.
         parity : str or sequence of str, optional
             Some of ``ee``, ``eo``, ``oe``, ``oo``: even (e) or odd (o) in x, then in y; by default all four.
@@ -1540,10 +1528,10 @@ class Catalogue:
         lengths: "ArrayLike | None" = None,
         *,
         resolution: int = 500,
-        k: "ArrayLike | None" = None,
+        k: "Wavenumbers | None" = None,
         levels: "ArrayLike | None" = None,
         window: bool = False,
-        parity: str | None = None,
+        parity: "Parity | str | None" = None,
         a: float | None = None,
     ) -> "Spectrum":
         """Return the length spectra of the stored orbits and of the quantum levels.
@@ -1557,8 +1545,8 @@ class Catalogue:
         resolution : int, optional
             Number of lengths in the range.
         k : float or (float, float), optional
-            Upper end, or both ends, of the range of k in 1/radius; by default the range of the levels, or up
-            to 30 without levels. Only a window can begin above 0.
+            Range of k, as for `levels`; by default that of the levels, or up to 30 without levels. Only a
+            window can begin above 0.
         levels : array-like, shape (N,), optional
             All levels k, beginning with the lowest unless they are a window; by default the stored ones.
         window : bool, optional
@@ -1575,34 +1563,33 @@ class Catalogue:
 
     def levels(
         self,
-        k: float | None = None,
+        k: "Wavenumbers | None" = None,
         *,
-        parity: "Parity | str | None" = None,
+        parity: "Sequence[Parity | str] | str | None" = None,
         method: str = "elements",
         a: float | None = None,
     ) -> "Levels":
-        """Return the quantum levels from k = 0 up, either the stored ones or those computed from orbits.
+        """Return the quantum levels in a range of k, either the stored ones or those computed from orbits.
 
         Parameters
         ----------
-        k : float, optional
-            End of the range, in 1/radius. By default, the stored levels end at the first gap, and those from
-            orbits where the rms error reaches a fifth of the mean spacing.
-        parity : str, optional
-            ``ee``, ``eo``, ``oe`` or ``oo``, or several of them for levels from orbits; by default all.
+        k : float or (float, float), optional
+            The range, as for `fill_levels`; by default from 0. The stored levels then end at the first gap,
+            and those from orbits where the rms error reaches a fifth of the mean spacing, as they do if the
+            upper end is None.
+        parity : str or sequence of str, optional
+            As for `fill_levels`.
         method : str, optional
             ``elements`` for the levels that `fill_levels` stored; ``orbits`` for levels from N_X(k), with
             errors that hold for nine levels out of ten (`orbitdb.quantum.levels_from_orbits`).
         """
-        from orbitdb.answers.stadium_levels import levels_from_orbits, levels_from_zero
-        from orbitdb.quantum.weyl import parities_of
+        from orbitdb.answers.stadium_levels import levels_from_orbits, levels_in_catalogue
 
         if method not in ("elements", "orbits"):
             raise InputError(f"method {method!r}: use elements or orbits")
         with self._reading() as connection:
-            if method == "elements":
-                return levels_from_zero(connection, self._at(a, connection), parity, k)
-            return levels_from_orbits(connection, self._at(a, connection), k, parities_of(parity))
+            find = levels_in_catalogue if method == "elements" else levels_from_orbits
+            return find(connection, self._at(a, connection), parity, k)
 
     def assess(
         self,
@@ -1643,7 +1630,7 @@ class Catalogue:
 
     def level_statistics(
         self,
-        levels: "Mapping[Parity, ArrayLike] | None" = None,
+        levels: "Mapping[Parity, ArrayLike] | ArrayLike | None" = None,
         *,
         window: bool = False,
         parity: "Parity | str | None" = None,
@@ -1653,28 +1640,23 @@ class Catalogue:
 
         Parameters
         ----------
-        levels : mapping of Parity to array-like, shape (N,), optional
-            The levels of each parity, beginning with the lowest unless they are a window; by default the
-            stored ones.
+        levels : array-like, shape (N,), or mapping of Parity to array-like, optional
+            The levels of one parity, or of each, beginning with the lowest unless they are a window; by
+            default the stored ones.
         window : bool, optional
             Whether the levels begin with any level.
         parity : str, optional
-            ``ee``, ``eo``, ``oe`` or ``oo``; by default the stored levels of all four.
+            ``ee``, ``eo``, ``oe`` or ``oo``, the parity of `levels`; by default the stored levels of all
+            four.
         """
-        from orbitdb.answers.level_lists import level_statistics
-        from orbitdb.answers.stadium_levels import levels_from_zero
-        from orbitdb.quantum.weyl import check_levels, parities_of
+        from orbitdb.answers.level_lists import level_statistics, levels_by_parity
 
         with self._reading() as connection:
             at = self._at(a, connection)
-            if levels is None:
-                levels = {of: levels_from_zero(connection, at, of).k for of in parities_of(parity)}
-            if not isinstance(levels, Mapping):
-                raise InputError("levels: give the levels of each parity, such as {'oo': k}")
-            own = {of: check_levels(k, Stadium(at), of, window) for of, k in levels.items()}
+            own = levels_by_parity(connection, at, levels, parity, window)
             return level_statistics(connection, at, own, window)
 
-    def stored_counterparts(self, levels: "Levels") -> list[float | None]:
+    def _stored_counterparts(self, levels: "Levels") -> list[float | None]:
         """Return, for each level from orbits, the stored level with the same number, or None."""
         from orbitdb.answers.stadium_levels import stored_counterparts
 
@@ -1683,7 +1665,7 @@ class Catalogue:
 
     def scars(
         self,
-        k: float | tuple[float, float],
+        k: "Wavenumbers",
         *,
         code: str | Iterable[str] | None = None,
         parity: "Sequence[Parity | str] | str | None" = None,
@@ -1696,8 +1678,9 @@ class Catalogue:
 
         Parameters
         ----------
-        k : (float, float) or float
-            The range of wavenumbers, in 1/radius, or one, for the level of each parity nearest to it.
+        k : float or (float, float)
+            The range of wavenumbers, in 1/radius; or a single one, for the level of each parity nearest to
+            it.
         code : str or iterable of str, optional
             One or several orbits, or ``02`` for the bouncing balls; the result then has an entry for every
             level and orbit. By default, it has for each level the five that scar it most, out of the bouncing
@@ -1728,6 +1711,80 @@ class Catalogue:
             check_scarring(orbits)
         with telling(progress, "waves") as tell:
             return Rows(scars_of(orbits, k, named, keys, None if code else STRONGEST, tell)[:most])
+
+    # figures
+
+    @with_criteria
+    def plot(
+        self,
+        name: str,
+        selection: "Selection | Sequence[Selection] | None" = None,
+        *,
+        over_a: bool = False,
+        order: str | None = None,
+        limit: int | None = None,
+        levels: "Mapping[Parity, ArrayLike] | ArrayLike | None" = None,
+        parity: "Parity | str | None" = None,
+        window: bool = False,
+        lengths: tuple[float, float] | None = None,
+        k: "Wavenumbers | None" = None,
+        kappa: "ArrayLike | None" = None,
+        size: float | Sequence[float] | None = None,
+        title: str | None = None,
+        **criteria: Unpack[Criteria],
+    ) -> "Picture":
+        """Draw a figure of `orbitdb plot`, and return it as a matplotlib Figure.
+
+        ``savefig`` writes it to a file. Its ``notes`` say what it leaves out. An argument that the figure
+        does not use is an error.
+
+        Parameters
+        ----------
+        name : str
+            One of the names in ``orbitdb plot --help``, such as ``life`` or ``phase-space``.
+        selection, a, code, ... : optional
+            What to draw: one or several words as `code`, or a subset (`Selection`). Some figures compare
+            several ``a``.
+        over_a : bool, optional
+            Whether ``entropy`` is drawn against ``a`` instead of the period.
+        order, limit : optional
+            Of the orbits of a ``sheet``, as in `rows`; at most 120 by default.
+        levels, window : optional
+            As for `spectrum`; for ``spacings`` and ``rigidity`` as for `level_statistics`.
+        parity : str, optional
+            As for `spectrum`; ``wave`` and ``husimi`` need one.
+        lengths : (float, float), optional
+            Range of lengths of a ``spectrum``, in units of the radius.
+        k : float or (float, float), optional
+            Of a ``wave`` or ``husimi``, the level nearest to this k; of a ``spectrum``, its range of k.
+        kappa : float or sequence of float, optional
+            Curvatures of paths in a magnetic field.
+        size : float or (float, float), optional
+            Width of the figure, or width and height, in inches.
+        title : str, optional
+            Title to replace that of the figure.
+
+        Raises
+        ------
+        InputError
+            If there is nothing to draw, or the figure does not use an argument.
+        ModuleNotFoundError
+            If matplotlib, of the extra ``plot``, is not installed.
+
+        Examples
+        --------
+        >>> figure = catalogue.plot("life", code="010203113", size=3.39)
+        >>> figure.axes[0].get_title()
+        '010203113 is born at $a = 0.0890556$'
+        """
+        draw = load("orbitdb.plots.by_name", "plot", "plot").plot
+        of_figure = {
+            "over_a": over_a, "order": order, "limit": limit, "levels": levels, "parity": parity,
+            "window": window, "lengths": lengths, "k": k, "kappa": kappa,
+        }  # fmt: skip
+        with self.snapshot() as then:
+            made: Picture = draw(then, name, selection, criteria, of_figure, size, title)
+        return made
 
     # the symbol plane
 

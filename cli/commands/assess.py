@@ -100,6 +100,6 @@ def _row(gap: "Gap") -> list[Any]:
 def _show_statistics(given: MeasuredLevels, asked: float | None, output: Output, db: Path) -> None:
     """Show the statistics of the levels of each parity, and of random matrices and random numbers."""
     with snapshot_at(db, asked) as (catalogue, at):
-        found = catalogue.level_statistics(given.by_parity(catalogue, at), window=given.window, a=at)
+        found = catalogue.level_statistics(given.by_parity(), window=given.window, parity=given.parity, a=at)
     output.write([*found.columns], found.rows())
     notes(found.notes)

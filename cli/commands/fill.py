@@ -195,7 +195,7 @@ def fill(
         _announce_pruned(span, needs[-1], db, yes or dry_run)
     if dry_run:
         return
-    catalogue.check_room(*needs)
+    catalogue._check_room(*needs)
     start = time.monotonic()
     with working(catalogue, db, solvers, span, sum(need.seconds for need in needs)) as work:
         fills = catalogue.fill(periods, geometric=geometric, method=method, **work)

@@ -128,7 +128,7 @@ def _show_length(
     """Write the stored orbits of a given length; return the number of rows."""
     names = LENGTH_COLUMNS if output.for_people else LENGTH_KEYS
     with snapshot_at(db, a) as (catalogue, at):
-        orbits = catalogue.with_length(length, tolerance=tolerance, a=at)
+        orbits = catalogue.identify(length=length, tolerance=tolerance, a=at)
     notes(orbits.notes)
     rows = (
         [at if name == "a" else getattr(orbit, name) for name in names]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.given_levels import Parities, Range, read_range
+from orbitdb.cli.given_levels import Parities, Range, read_k
 from orbitdb.cli.output import Output, note, notes, progress
 from orbitdb.cli.snapshots import given_a, snapshot_at, storable
 from orbitdb.errors import InputError
@@ -75,9 +75,9 @@ def _from_elements(
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
     from orbitdb.quantum.exact_levels import windows
-    from orbitdb.quantum.weyl import parities_of
+    from orbitdb.quantum.weyl import k_range, parities_of
 
-    low, high = read_range("--k", k)
+    low, high = k_range(read_k(k))
     parities = parities_of(parity)
     (at,) = given_a(db, a)
     for one in parities:
@@ -97,10 +97,12 @@ def _rows(levels: "Levels") -> "Iterator[tuple[float, float, str]]":
 
 def _from_orbits(k: str | None, parity: str | None, a: float | None, output: Output, db: Path) -> int:
     """Show the levels computed from the stored orbits; return their number."""
-    low, high = (0.0, None) if k is None else read_range("--k", k)
+    from orbitdb.quantum.weyl import k_ends
+
+    low, high = (0.0, None) if k is None else k_ends(read_k(k))
     with progress("summing orbits"), snapshot_at(db, a) as (then, at):
-        listed = then.levels(high, parity=parity, method="orbits", a=at)
-        exact = then.stored_counterparts(listed)
+        listed = then.levels((0, high), parity=parity, method="orbits", a=at)
+        exact = then._stored_counterparts(listed)
     shown = [(*row, of) for row, of in zip(_rows(listed), exact, strict=True) if row[0] >= low]
     output.write((*COLUMNS, "exact"), shown)
     where = f"with k from {low:g} to {listed.high:g}" if low else f"below k = {listed.high:g}"

@@ -37,7 +37,8 @@ def spectrum(
         str | None,
         typer.Option(
             metavar="LOW:HIGH",
-            help="Range of k, above 0 only with --window [default: that of the levels, or 0:30].",
+            help="Range of wavenumbers k, in units of 1/radius; a single number is its upper end. Only with "
+            "--window can it begin above 0 [default: that of the levels, or 0:30].",
         ),
     ] = None,
     given: GivenLevels,
@@ -70,7 +71,7 @@ def spectrum(
         result = catalogue.spectrum(
             None if lengths is None else read_range("--lengths", lengths),
             resolution=resolution,
-            k=None if k is None else read_range("--k", k),
+            k=None if k is None else read_k(k),
             levels=read,
             window=given.window,
             parity=parity,

@@ -89,7 +89,7 @@ def cost_of(path: Path, request: FillRequest) -> tuple[str, int]:
     coming = catalogue.estimate(request.periods, a=request.a)
     if not coming.words:
         return f"these periods are already filled {at}: nothing to do", 0
-    catalogue.check_room(coming)
+    catalogue._check_room(coming)
     takes = f"{about(coming.seconds)}, up to {gigabytes(coming.bytes)}"
     return f"{_words(coming.words)} to fill {at}: {takes}", coming.words
 

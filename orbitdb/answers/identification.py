@@ -199,7 +199,7 @@ def identify_trajectory(
 ) -> Trajectory:
     """Find the orbits that a trajectory shadows, from its symbols (`Catalogue.identify`)."""
     if (start is None) == (points is None):
-        raise InputError("identify takes exactly one of start and points")
+        raise InputError("give one of start, points and length")
     near = _measure("tolerance", NEAR if tolerance is None else tolerance, _MOST_TOLERANCE)
     most = _count(SHOWN if limit is None else limit)
     if start is not None:
@@ -247,7 +247,7 @@ def _unshadowed(sequence: str) -> str:
 def read_candidates(
     connection: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
 ) -> Candidates:
-    """Return the stored orbits with a given length, and what was searched (`Catalogue.with_length`)."""
+    """Return the stored orbits with a given length, and what was searched (`Catalogue.identify`)."""
     found = Candidates(identify_length(connection, a, length, tolerance, limit))
     coverage = Coverage(connection, Selection(a, statuses=(Status.ORBIT,)))
     fills, notes = coverage.fills, coverage.gaps()
@@ -268,7 +268,7 @@ def read_candidates(
 def identify_length(
     connection: Connection, a: float, length: float, tolerance: float | None, limit: int | None = None
 ) -> Rows[Candidate]:
-    """Find the stored orbits that have a given length after one or more traversals (`Catalogue.with_length`).
+    """Find the stored orbits that have a given length after one or more traversals (`Catalogue.identify`).
 
     The error bounds of stored lengths are added to the tolerance, so that no orbit is lost to rounding. The
     tolerance is at most a quarter of the smallest length, so the number of traversals is unique.

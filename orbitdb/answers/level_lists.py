@@ -3,14 +3,14 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from orbitdb.answers.results import Result
 from orbitdb.answers.stadium_levels import (
     classes_for_levels,
-    levels_from_zero,
+    levels_in_catalogue,
     levels_to_gap,
     orbits_for,
     read_orbits,
@@ -29,7 +29,7 @@ from orbitdb.quantum.levels_from_orbits import Staircase
 from orbitdb.quantum.missing_levels import Assessment, assess, compare, without_twins
 from orbitdb.quantum.radius_fit import likely_grid_step, likely_scales, widest, without_grid
 from orbitdb.quantum.trace_formula import Terms, largest_amplitude, orbit_terms
-from orbitdb.quantum.weyl import Parity, as_levels, check_levels, one_parity, weyl
+from orbitdb.quantum.weyl import Parity, as_levels, check_levels, k_ends, one_parity, parities_of, weyl
 from orbitdb.store.lookup import WITH_ORBITS, a_values
 from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection
@@ -65,7 +65,7 @@ def read_spectrum(
     a: float,
     lengths: "ArrayLike | None" = None,
     resolution: int = 500,
-    k: "ArrayLike | None" = None,
+    k: Any = None,
     levels: "ArrayLike | None" = None,
     window: bool = False,
     parity: Parity | str | None = None,
@@ -109,15 +109,13 @@ def usual_lengths(a: float) -> tuple[float, float]:
     return 1.0, float(min(math.ceil(4 * (1 + a)) + 1, _LONGEST))
 
 
-def _range_of_k(
-    k: "ArrayLike | None", within: tuple[float, float], levelled: bool, window: bool
-) -> tuple[float, float]:
+def _range_of_k(k: Any, within: tuple[float, float], levelled: bool, window: bool) -> tuple[float, float]:
     """Return the range of k of a spectrum, which levels limit; a single number is its upper end."""
     if k is None:
         return within
-    ends = as_floats(k, f"k {k!r:.40}: give the upper end, or a range such as (0, 30)").ravel()
-    low, high = (0.0, float(ends[0])) if len(ends) == 1 else (float(ends[0]), float(ends[-1]))
-    if len(ends) > 2 or not 0 <= low < high or not _LEAST_K_MAX <= high <= _LARGEST_K_MAX:
+    low, end = k_ends(k)
+    high = within[1] if end is None else end
+    if not _LEAST_K_MAX <= high <= _LARGEST_K_MAX:
         raise InputError(f"k {k!r:.40}: give a range that ends between {_LEAST_K_MAX} and {_LARGEST_K_MAX}")
     if low and not window:
         raise InputError(f"k from {low:g}: only a list that is a window can begin above 0 (window=True)")
@@ -162,7 +160,7 @@ def assess_levels(
     if k is None and (window or fit_radius):
         raise InputError("a window, or a list whose radius is to be fitted, needs its levels: give them")
     _check_errors(noise, radius_error)
-    given = as_levels(levels_from_zero(connection, stadium.a, of).k if k is None else k)
+    given = as_levels(levels_in_catalogue(connection, stadium.a, of).k if k is None else k)
     once, twins = without_twins(given, stadium, of)
     levels = check_levels(once, stadium, of, window, least=1)
     classes, period = classes_for_levels(connection, stadium.a)
@@ -303,6 +301,24 @@ def lacking(found: Assessment | None) -> list[str]:
     places = ", ".join(gap.place() for gap in found.gaps[:_SHOWN])
     more = f" and {len(found.gaps) - _SHOWN} more" if len(found.gaps) > _SHOWN else ""
     return [f"{found.verdict()}: {places}{more}; 'orbitdb assess FILE' lists them", *found.notes]
+
+
+def levels_by_parity(
+    connection: Connection,
+    a: float,
+    levels: "Mapping[Parity, ArrayLike] | ArrayLike | None" = None,
+    parity: Parity | str | None = None,
+    window: bool = False,
+) -> dict[Parity, Floats]:
+    """Return the given levels of each parity, or those of one parity; by default the stored ones."""
+    if levels is None:
+        return {of: levels_in_catalogue(connection, a, of).k for of in parities_of(parity)}
+    if not isinstance(levels, Mapping):
+        if (only := one_parity(parity)) is None:
+            raise InputError("levels: give the levels of each parity, such as {'oo': k}, or name one parity")
+        levels = {only: levels}
+    given = {of: k for name, k in levels.items() for of in parities_of(name)}
+    return {of: check_levels(k, Stadium(a), of, window) for of, k in given.items()}
 
 
 def level_statistics(

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -10,19 +11,21 @@ from orbitdb.answers.complete_periods import read_classes
 from orbitdb.answers.completeness import highest_filled, no_orbits
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, NotStoredError, check_number
+from orbitdb.errors import InputError, NotStoredError
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.status import Status
 from orbitdb.quantum.comparison import CUTOFF
 from orbitdb.quantum.exact_levels import LARGEST_A, LEAST_A, Levels, LevelWindow, ranges_not_stored
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, Staircase, levels_of, reliable_end, staircase
 from orbitdb.quantum.radius_fit import WIDEST
-from orbitdb.quantum.weyl import Parity, one_parity, parities_of, weyl
+from orbitdb.quantum.weyl import Parity, k_ends, parities_of, weyl
 from orbitdb.store.periods import read_fills
 from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection
 from orbitdb.store.stored_values import stored_levels
 from orbitdb.text import format_float, several
+
+Parities: TypeAlias = Parity | str | Iterable[Parity | str] | None
 
 _LEAST, _ENOUGH = 8, 12
 """Levels need all orbits up to the first of these periods, and improve up to the second."""
@@ -31,62 +34,49 @@ _MARGIN = 1.0
 """Range of k beyond the ends of a list for which the staircase is computed."""
 
 
-def levels_from_zero(
-    connection: Connection, a: float, parity: Parity | str | None = None, k_max: float | None = None
-) -> Levels:
-    """Return the stored levels from k = 0 to the first gap, or to `k_max` below it (`Catalogue.levels`)."""
-    parities = parities_of(one_parity(parity))
+def levels_in_catalogue(connection: Connection, a: float, parity: Parities = None, k: Any = None) -> Levels:
+    """Return the stored levels in a range of k, by default from 0 to the first gap (`Catalogue.levels`)."""
+    parities, (low, end) = parities_of(parity), (0.0, None) if k is None else k_ends(k)
     windows_of = {one: stored_levels(connection, a, one) for one in parities}
-    ends = {one: next(ranges_not_stored(windows, 0.0, math.inf))[0] for one, windows in windows_of.items()}
+    ends = {one: next(ranges_not_stored(windows, low, math.inf))[0] for one, windows in windows_of.items()}
     last = min(ends.values())
-    high = last if k_max is None else k_max
-    check_number("k", high)
-    if k_max is not None and not k_max > 0:
-        raise InputError(f"k = {k_max:g}: give a number above 0")
-    if not 0 < high <= last:
-        asked = 30 if k_max is None else k_max
-        of = "" if parity is None else f" of parity {parity}"
-        stored = (
-            f"levels{of} are stored up to k = {last:g}" if last else f"no levels{of} are stored from k = 0 on"
-        )
-        command = f"'orbitdb levels --k 0:{asked:g} --a {format_float(a)}'"
-        if any(ends.values()) and not last:
-            some = ", ".join(one for one, end in ends.items() if end)
+    high = last if end is None else end
+    if not low < high <= last:
+        of = "" if len(parities) == len(Parity) else f" of parity {', '.join(parities)}"
+        command = f"'orbitdb levels --k {low:g}:{low + 30 if end is None else end:g} --a {format_float(a)}'"
+        if max(ends.values()) > low == last:
+            some = ", ".join(one for one, end in ends.items() if end > low)
             raise NotStoredError(
-                f"only {some} levels are stored at a = {format_float(a)}: choose one parity, or find "
+                f"only {some} levels are stored at a = {format_float(a)}: choose one of these, or find "
                 f"the others with {command}"
             )
+        start = f" from k = {low:g} on" if low == last else f" from k = {low:g} to {last:g} only"
+        stored = f"{'no ' if low == last else ''}levels{of} are stored{start}"
         raise NotStoredError(f"{stored} at a = {format_float(a)}: {command} finds them")
-    return Levels.joined(a, 0.0, high, windows_of)
+    return Levels.joined(a, low, high, windows_of)
 
 
 def levels_to_gap(connection: Connection, a: float, parity: Parity | None) -> tuple[Floats, float] | None:
     """Return the stored levels from k = 0 to the first gap, and the k of this gap; None without levels."""
     try:
-        levels = levels_from_zero(connection, a, parity)
+        levels = levels_in_catalogue(connection, a, parity)
     except InputError:
         return None
     return levels.k, levels.high
 
 
-def levels_from_orbits(
-    connection: Connection,
-    a: float,
-    k_max: float | None = None,
-    parities: Iterable[Parity] = tuple(Parity),
-) -> Levels:
-    """Return the levels computed from the stored orbits (`Catalogue.levels`)."""
-    stadium, named = Stadium(a), tuple(parities)
+def levels_from_orbits(connection: Connection, a: float, parity: Parities = None, k: Any = None) -> Levels:
+    """Return the levels in a range of k, computed from the stored orbits (`Catalogue.levels`)."""
+    stadium, named, (low, high) = Stadium(a), parities_of(parity), (0.0, None) if k is None else k_ends(k)
     classes, highest = classes_for_levels(connection, stadium.a)
     reliable = min(reliable_end(stadium, parity) for parity in named)
-    end = math.floor(reliable * 10) / 10 if k_max is None else k_max
-    check_number("k", end)
-    if not 0 < end <= _MOST_K:
-        raise InputError(f"k up to {end:g}: give a k above 0 and up to {_MOST_K:g}")
+    end = math.floor(reliable * 10) / 10 if high is None else high
+    if not low < end <= _MOST_K:
+        raise InputError(f"k from {low:g} to {end:g}: give a range of k that ends below {_MOST_K:g}")
     windows = {}
     for parity in named:
-        k, error = levels_of(staircase(stadium, classes, end + 1.0, parity), end)
-        windows[parity] = [LevelWindow(stadium.a, parity, 0.0, end, 0, k, error)]
+        k_of, error = levels_of(staircase(stadium, classes, end + 1.0, parity), end)
+        windows[parity] = [LevelWindow(stadium.a, parity, 0.0, end, 0, k_of, error)]
     basis = [
         f"from {several(len(classes), 'class', 'classes')} of orbits up to period {highest}, "
         f"with cutoffs X = {CUTOFFS[0]:g} to {CUTOFFS[-1]:g}"
@@ -97,7 +87,7 @@ def levels_from_orbits(
         )
     if end > reliable:
         basis.append(f"above k = {reliable:.1f} the rms error is more than a fifth of the mean spacing")
-    return replace(Levels.joined(stadium.a, 0.0, end, windows), basis="; ".join(basis))
+    return replace(Levels.joined(stadium.a, low, end, windows), basis="; ".join(basis))
 
 
 def stored_counterparts(connection: Connection, levels: Levels) -> list[float | None]:

@@ -1,7 +1,9 @@
 """The registry of figures: what each one shows, what it is drawn from, and what it takes and needs.
 
 To add a figure, add an entry to `FIGURES`. `orbitdb plot`, its help and its options follow from it, and so do
-the names that ``.plot("name")`` of a result knows. This module does not import matplotlib.
+the names that `Catalogue.plot` and ``.plot("name")`` of a result know.
+
+This module does not import matplotlib.
 """
 
 from collections.abc import Callable, Collection, Iterable, Sequence
@@ -23,6 +25,8 @@ only by the ``.plot()`` of an object.
 WORD = ("words", "code", "a")
 SUBSET = "subset"
 """Stands for the options that choose a subset of the catalogue."""
+LEAST_INCHES, MOST_INCHES = 1, 100
+SIZES = f"a width of {LEAST_INCHES} to {MOST_INCHES} inches, and perhaps a height"
 LEVELS = ("a", "levels", "parity", "energies", "frequency", "radius", "window")
 
 
@@ -192,6 +196,13 @@ def figure_of(name: str, given: Collection[str] = ()) -> Figure:
     """Return the figure with a name, or its variant for the given options."""
     own = [figure for figure in FIGURES if figure.name == plain_name(name)]
     return next((figure for figure in own if not {*figure.when}.isdisjoint(given)), own[0])
+
+
+def whole_figure(name: str, given: Collection[str] = ()) -> Figure:
+    """Return the figure that `orbitdb plot` draws under a name, or its variant for the given options."""
+    if (asked := plain_name(str(name))) not in NAMES:
+        raise InputError(f"figure {name!r:.40}: use one of {', '.join(NAMES)}")
+    return figure_of(asked, given)
 
 
 def chosen_name(kind: str | None, own: Sequence[str]) -> str:

@@ -130,6 +130,10 @@ class Picture(Figure):
 
     notes: tuple[str, ...] = ()
 
+    def _repr_png_(self) -> bytes:
+        """Show the figure in a notebook that has not imported pyplot."""
+        return as_bytes(self, "png", str(self.get_label()))
+
 
 @contextmanager
 def figure(width: float, height: float, title: str = "", notes: Iterable[str] = ()) -> Iterator[Picture]:

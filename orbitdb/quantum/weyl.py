@@ -13,7 +13,7 @@ Source: H. P. Baltes and E. R. Hilf, Spectra of Finite Systems (1976).
 import math
 from collections.abc import Iterable, Sequence
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -68,17 +68,33 @@ def parities_of(names: "Parity | str | Iterable[Parity | str] | None" = None) ->
     return parities
 
 
-def k_range(k: Any) -> tuple[float, float]:
+Wavenumbers: TypeAlias = "float | tuple[float, float | None] | Sequence[float]"
+"""A range of wavenumbers: its ends, or one number (`k_ends`)."""
+
+
+def k_ends(k: Any) -> tuple[float, float | None]:
     """Return the ends of a range of wavenumbers, given as a pair or by its upper end alone.
 
-    Raises `InputError` if they are not a range from 0 or above.
+    The upper end of a pair may be None. Raises `InputError` if they are not a range from 0 or above.
     """
-    low, high = k if isinstance(k, Sequence) and not isinstance(k, str) and len(k) == 2 else (0.0, k)
-    for end in (low, high):
+    given = k.tolist() if hasattr(k, "tolist") else k
+    pair = isinstance(given, Sequence) and not isinstance(given, str) and len(given) == 2
+    low, high = given if pair else (0.0, given)
+    for end in (low, *([] if pair and high is None else [high])):
         check_number("k", end)
-    if not 0 <= low < high < math.inf:
+    if not pair and not 0 < high < math.inf:
+        raise InputError(f"k = {high:g}: give a number above 0")
+    if not 0 <= low < (math.inf if high is None else high) or (high is not None and math.isinf(high)):
         raise InputError(f"k from {low:g} to {high:g} is not a range: give the lower end first")
-    return float(low), float(high)
+    return float(low), None if high is None else float(high)
+
+
+def k_range(k: Any) -> tuple[float, float]:
+    """Return the ends of a range of wavenumbers (`k_ends`); raise `InputError` without an upper end."""
+    low, high = k_ends(k)
+    if high is None:
+        raise InputError(f"k from {low:g} on: give the upper end, too")
+    return low, high
 
 
 def one_parity(name: "Parity | str | None") -> Parity | None:

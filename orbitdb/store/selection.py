@@ -42,6 +42,9 @@ class SelectionError(InputError):
 class Selection:
     """A chosen subset of the words of a catalogue.
 
+    Methods of `Catalogue` that answer for a subset take a Selection or, as arguments, the criteria that
+    `from_criteria` explains, such as ``p="2-8", status="orbit", lambda_c=(None, 0.4)``.
+
     Attributes
     ----------
     a : float
@@ -90,10 +93,40 @@ class Selection:
 
     @classmethod
     def from_criteria(cls, **criteria: "Unpack[Criteria]") -> "Selection":
-        """Return the selection for the criteria of `Catalogue.select`; a is 1.6 by default.
+        """Return the selection that fulfils all of the given criteria.
 
-        If no status is named, orbits are chosen; but every status if words are named (`code`), if `exists`,
-        `not_at`, `born` or `dies` ask for lives, or if `where` names the columns of these or of the status.
+        Parameters
+        ----------
+        a : float, optional
+            Half length of the stadium; by default the catalogue's, or 1.6.
+        p : int, str or iterable of int, optional
+            A period, several periods such as ``range(2, 6)``, or a text such as ``2,3,5-7``.
+        status : Status, str or iterable of them, optional
+            One or more statuses; a text such as ``orbit,boundary`` can name several, and ``all`` means every
+            one. By default orbits; but every status if words are named (`code`), if `exists`, `not_at`,
+            `born` or `dies` ask for lives, or if `where` names a column of these or of the status.
+        time_reversal : str, optional
+            ``self`` for orbits that retrace their path, ``pair`` for the others.
+        symmetry : str, optional
+            The exact symmetry, such as ``x,T,xT``; ``1`` for none.
+        code : str or iterable of str, optional
+            Words, in any rotation.
+        contains : str, optional
+            Consecutive symbols that the words must contain, read cyclically, such as ``"0202"``.
+        without : str or iterable of str, optional
+            Patterns of symbols that the words must not contain, read cyclically.
+        opening : str or iterable of str, optional
+            Intervals of the boundary in which the words must not have a bounce, such as ``"top:-0.3:0.3"``.
+        exists, not_at : float or iterable of float, optional
+            Values of ``a`` at which the words must be orbits, and at which they must not be.
+        where : str, optional
+            An SQL expression that uses the columns of the view ``catalogue``.
+        parameters : mapping, optional
+            Values for the names (``:name``) in `where`.
+        length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float, float), optional
+            Least and greatest value, or None for no limit, as in ``length=(3, None)``.
+        walls : int or (int, int), optional
+            Number of bounces on straight walls, or its least and greatest value.
 
         Raises
         ------

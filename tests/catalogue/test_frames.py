@@ -35,7 +35,7 @@ RESULTS = {
         lambda found: of_rows(("code", "area", "empty"), found),
     ),
     "length": (
-        lambda c: c.with_length(20.8, tolerance=0.5),
+        lambda c: c.identify(length=20.8, tolerance=0.5),
         lambda found: of_attributes(found, "code", "repetitions", "length", "difference"),
     ),
     "shadowed": (

@@ -108,9 +108,9 @@ def test_stored_levels_are_read_back_by_range_and_parity(tmp_path):
     assert set(found.parity.tolist()) == {"oo"}
     assert found.to_pandas()["k"].tolist() == found.k.tolist() == sorted(found.k)
     assert catalogue.levels(2.5, parity="ee").k.max() < 2.5
-    with pytest.raises(InputError, match="stored up to k = 6"):
+    with pytest.raises(InputError, match="stored from k = 0 to 6 only"):
         catalogue.levels(7, parity="ee")
-    with pytest.raises(InputError, match=r"only ee, oo levels are stored at a = 0\.7: choose one parity"):
+    with pytest.raises(InputError, match=r"only ee, oo levels are stored at a = 0\.7: choose one of these"):
         catalogue.levels()
 
 

@@ -80,7 +80,7 @@ def test_a_result_has_a_public_name_a_short_repr_and_a_data_frame(catalogue, nam
 LISTS = {
     "p": lambda c: c.fill("2-3"),
     "upper": lambda c: c.entropy_curve(),
-    "code": lambda c: c.with_length(10.4),
+    "code": lambda c: c.identify(length=10.4),
     "strength": lambda c: c.scars((1, 3), code="13", parity="ee"),
     "N_t": lambda c: c.sweeps(),
 }

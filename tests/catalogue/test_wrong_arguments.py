@@ -11,19 +11,19 @@ from orbitdb import Catalogue, InputError
 
 orbitdb: Any = orbitdb_  # so that wrong types can be given
 
-REQUIRED = {"k": 5.0, "word": "13", "length": 10.4, "p": 2, "a": 1.6, "name": "13",
+REQUIRED = {"k": 5.0, "word": "13", "length": 10.4, "p": 2, "a": 1.6, "name": "lengths",
             "statement": "SELECT 1 AS one", "column": "length", "columns": ["p"],
             "folder": "data", "kappa": 0.05, "target": "nowhere/copy.db", "path": "atlas.html",
             "paths": ["part.db"]}  # fmt: skip
 """Values for the parameters that have no default."""
 
 UNCHECKED = {"self", "coordinates", "classes", "orbits", "window", "fit_radius", "geometric", "legwise",
-             "prove", "births", "store", "exists", "sweep", "force", "facts",
+             "prove", "births", "store", "over_a", "exists", "sweep", "force", "facts",
              "with_levels"}  # fmt: skip
 """True or false; anything is one or the other."""
 
 OF_OBJECTS = {
-    "snapshot", "born_with", "certificate", "check_room", "keep", "stored_counterparts", "search_bounds",
+    "snapshot", "born_with", "certificate", "keep", "search_bounds",
 }  # fmt: skip
 """Methods that take a function, or what another method returns; and the iterator behind `prove_bounds`."""
 
@@ -80,7 +80,7 @@ def test_an_argument_of_a_wrong_type_is_an_error_and_stores_nothing(catalogue, m
         (lambda c: c.levels("30"), "k = '30': give a number"),
         (lambda c: c.lyapunov(cut="9"), "cut = '9': give a number"),
         (lambda c: c.prove_bounds(width="1"), "width = '1': give a number"),
-        (lambda c: c.with_length("10.4"), r"length = '10\.4': give a number"),
+        (lambda c: c.identify(length="10.4"), r"length = '10\.4': give a number"),
         (lambda c: c.select(symmetry=1), "symmetry = 1: give a text such as 'x,T,xT'"),
         (lambda c: orbitdb.levels(1.6, "oo"), "k = 'oo': give a number"),
         (lambda c: orbitdb.solve(7.5, 1.6), "a code is a string"),
@@ -102,7 +102,7 @@ def test_numbers_and_arrays_of_numpy_are_numbers_and_lists(catalogue):
         assert catalogue.count(where="length < :x", parameters=x) == 5
         assert len([*catalogue.sql("SELECT p FROM catalogue WHERE length < :x", parameters=x)]) == 5
     assert orbitdb.simulate(1.6, 1e3) == orbitdb.simulate(1.6, 1000)
-    assert catalogue.with_length(np.float32(10.4), limit=np.int64(1))[0].code == "13"
+    assert catalogue.identify(length=np.float32(10.4), limit=np.int64(1))[0].code == "13"
     assert [*catalogue.rows(p=np.array([2]), columns=np.array(["code"]))] == [("13",)]
 
 

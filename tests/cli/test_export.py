@@ -267,7 +267,7 @@ def test_a_missing_extra_is_named_with_its_install_command(
     varied, tmp_path, cli, monkeypatch, arguments, package, said
 ):
     monkeypatch.chdir(tmp_path)
-    for loaded in ("orbitdb.plots.style", "pyarrow.parquet"):
+    for loaded in ("orbitdb.plots.by_name", "orbitdb.plots.style", "pyarrow.parquet"):
         monkeypatch.delitem(sys.modules, loaded, raising=False)
     monkeypatch.setitem(sys.modules, package, None)
     outcome = cli(*arguments.split(), "--a", "1.6", "--db", str(varied))

@@ -42,7 +42,7 @@ METHODS: dict[str, list[Callable[..., Any]]] = {
     "levels": [Catalogue.fill_levels, Catalogue.levels],
     "query": [Catalogue.rows, Catalogue.orbit],
     "count": [Catalogue.count],
-    "identify": [Catalogue.identify, Catalogue.with_length],
+    "identify": [Catalogue.identify],
     "sql": [Catalogue.sql],
     "table": [Catalogue.table],
     "entropy": [Catalogue.entropy],
@@ -51,13 +51,14 @@ METHODS: dict[str, list[Callable[..., Any]]] = {
     "assess": [Catalogue.assess, Catalogue.level_statistics, orbitdb.read_levels],
     "scars": [Catalogue.scars],
     "field": [Catalogue.field],
+    "plot": [Catalogue.plot],
     "export": [Catalogue.rows, Catalogue.write_dataset, Catalogue.copy],
     "verify": [Catalogue.verify],
     "delete": [Catalogue.delete],
     "merge": [Catalogue.merge],
 }
-"""The methods that do what a command does; the others (browse, columns, info, migrate, plot, bench) have none
-with such options: the screen, a help text, and figures and measurements as functions of their own."""
+"""The methods that do what a command does; the others (browse, columns, info, migrate, bench) have none with
+such options."""
 
 IN_PYTHON = {
     "--parameter": "parameters",  # a mapping
@@ -87,12 +88,15 @@ SHELL_ONLY = {
     "--frequency": "`read_levels`",
     "--energies": "`read_levels`",
     "--radius": "`read_levels`",
+    "--dpi": "`Figure.savefig`",
+    "--output": "`Figure.savefig`",
 }
 """Options without an argument, and what does their work in Python."""
 
 OTHERWISE = {
     ("escape", "--by"): "`Escape.columns(by)` takes it afterwards",
     ("field", "--limit"): "a slice of the result",
+    ("plot", "--force"): "`Figure.savefig`",
 }
 
 

@@ -158,7 +158,7 @@ def test_levels_of_all_parities_end_with_the_shortest_list(filled):
     np.testing.assert_allclose(there(found), there(expected), atol=1e-12)
     with pytest.raises(InputError, match="the levels have k from 0 to 5"):
         catalogue.spectrum((3, 5), resolution=5, k=6)
-    with pytest.raises(InputError, match="levels are stored up to k = 5"):
+    with pytest.raises(InputError, match="levels are stored from k = 0 to 5 only"):
         catalogue.levels(6)
     assert catalogue.levels(9, parity="oo").k.tolist() == stored["oo"]
 

@@ -147,7 +147,7 @@ def shadowed(catalogue: Catalogue) -> Columns:
 
 
 def with_length(catalogue: Catalogue) -> Columns:
-    found = catalogue.with_length(22.0, tolerance=0.4)
+    found = catalogue.identify(length=22.0, tolerance=0.4)
     names = ("code", "p", "class_size", "repetitions", "length", "total", "difference", "lyapunov",
              "length_error")  # fmt: skip
     return records(found, {name: name for name in names}) | {"a": [1.6] * len(found)}

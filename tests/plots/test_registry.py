@@ -1,5 +1,6 @@
 """The registry of figures: names, options, what is said of nothing to draw, and figures of any width."""
 
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -9,10 +10,10 @@ import pytest
 from figures import texts_are_readable
 from made_levels import keep_made_levels
 
-from orbitdb import Catalogue, Selection, escape, solve_word, waves
+from orbitdb import Catalogue, Selection, escape, solve_word
+from orbitdb.errors import InputError
 from orbitdb.plots import averages, screen, style
 from orbitdb.plots.registry import FIGURES, NAMES, EmptyFigureError, figure_of, load_function
-from orbitdb.quantum.weyl import Parity
 
 matplotlib.use("agg")
 COLUMNS = (8.6 / 2.54, 17.8 / 2.54)
@@ -76,22 +77,30 @@ def test_an_empty_figure_is_not_drawn_but_says_what_is_missing(cli, filled, tmp_
     assert all(text in outcome.err for text in EMPTY[figure])
 
 
-def drawn(name: str, catalogue: Catalogue) -> style.Picture:
-    """Draw a figure with few orbits or levels."""
-    figure, few = figure_of(name), Selection(1.6, periods=((2, 5),))
-    draw = load_function(figure.whole)
-    if figure.source == "catalogue":
-        more: dict[str, Any] = {"limit": 8} if name == "sheet" else {}
-        if "parts" in figure.passes:
-            more["parts"] = {parity: catalogue.levels(parity=parity, a=1.6).k for parity in Parity}
-        return draw(catalogue, few, **more)
-    if figure.source == "wave":
-        return draw(next(iter(waves(1.6, 3.0, 6.0, "ee"))), solve_word("0123", 1.6))
-    if figure.source == "opening":
-        return draw(escape(1.6, "top:-0.3:0.3", trajectories=5000))
-    if figure.source == "word":
-        return draw("1232131", 1.6)
-    return draw(solve_word("010203113", 1.6))
+WORD = {"code": "010203113"}
+FEW: dict[str, dict[str, Any]] = {
+    "orbit": WORD,
+    "reverse": WORD,
+    "life": WORD,
+    "field": {"code": "1232131"},
+    "sheet": {"p": "2-5", "limit": 8},
+    "births": {"p": "2-5"},
+    "wave": {"code": "0123", "k": 4.5, "parity": "ee"},
+    "husimi": {"code": "0123", "k": 4.5, "parity": "ee"},
+    **{name: {} for name in ("spectrum", "staircase", "spacings", "rigidity")},
+}
+"""What draws each figure with few orbits or levels; the others show periods up to 5."""
+
+
+def drawn(name: str, catalogue: Catalogue, width: float) -> style.Picture:
+    """Draw a figure with few orbits, levels or trajectories."""
+    if name == "escape":
+        with style.sized((width, None)):
+            made: style.Picture = load_function("escape.escape")(
+                escape(1.6, "top:-0.3:0.3", trajectories=5000)
+            )
+        return made
+    return catalogue.plot(name, size=width, **FEW.get(name, {"p": "2-5"}))
 
 
 @pytest.fixture(scope="session")
@@ -118,13 +127,49 @@ CASES = [
 @pytest.mark.parametrize(("name", "width"), CASES)
 def test_a_figure_fits_a_column_and_its_text_can_be_read(whole, name, width):
     """Each text is inside the figure, has 7 points or more and is clear of others; axes keep their room."""
-    with style.sized((width, None)):
-        made = drawn(name, whole)
+    made = drawn(name, whole, width)
     assert made.get_size_inches()[0] == width
     assert made.get_size_inches()[1] < 2.2 * width
     texts_are_readable(made)
     for ax in made.axes:
         assert ax.get_window_extent().height > made.bbox.height / (3.5 * len(made.axes))
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "told"),
+    [
+        ("circle", {}, "use one of orbit, reverse, life"),
+        ("births", {"code": "13"}, "plot births does not use code"),
+        ("lengths", {"order": "p"}, "plot lengths does not use order"),
+        ("orbit", {}, "plot orbit 1232131 (code='1232131')"),
+        ("orbit", {"code": ["13", "0123"]}, "name one orbit"),
+        ("orbit", {"code": "13", "a": [1, 2]}, "several a: plot orbit draws one a"),
+        ("orbit", {"code": "13", "size": (3, 0)}, "give a width of 1 to 100 inches"),
+        ("wave", {"k": 8.0}, "parity='ee'"),
+        ("wave", {"k": (8, 9), "parity": "ee"}, "k=20.17"),
+        ("spacings", {"levels": [1.0, 2.0]}, "such as {'oo': k}, or name one parity"),
+    ],
+)
+def test_a_figure_refuses_arguments_that_it_cannot_use(known, name, given, told):
+    with pytest.raises(InputError, match=re.escape(told)):
+        known.plot(name, **given)
+
+
+def test_python_draws_what_the_command_draws(cli, known, tmp_path):
+    target = tmp_path / "orbit.svg"
+    asked = ("1^3 3", "--a", "1.6", "--size", "5x4", "--title", "mine", "--opening", "right:0.2:0.3")
+    assert cli("plot", "orbit", *asked, "-o", str(target), "--db", str(known.path)).code == 0
+    made = known.plot("orbit", code="1^3 3", a=1.6, size=(5, 4), title="mine", opening="right:0.2:0.3")
+    assert style.as_bytes(made, "svg", str(made.get_label())) == target.read_bytes()
+    assert made._repr_png_().startswith(b"\x89PNG")
+
+
+def test_a_figure_says_which_a_it_chose(tmp_path, cli):
+    own = Catalogue.create(tmp_path / "own.db")
+    own.fill(3, a=2)
+    made = own.plot("sheet", p=3)
+    assert [note for note in made.notes if "a = 2" in note]
+    assert "at a = 2" in made.get_suptitle()
 
 
 def test_nothing_to_draw_is_an_error_with_lines(known):

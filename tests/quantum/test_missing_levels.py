@@ -76,7 +76,7 @@ def test_levels_from_orbits_agree_with_exact_levels_within_their_errors(catalogu
 
 
 def test_levels_from_orbits_end_where_they_become_unreliable(catalogue):
-    found = answer(catalogue.path, levels_from_orbits, 1.6, parities=(Parity.OO, Parity.EE))
+    found = answer(catalogue.path, levels_from_orbits, 1.6, parity=(Parity.OO, Parity.EE))
     assert 15 < found.high < 25
     ends = [reliable_end(Stadium(1.6), parity) for parity in (Parity.OO, Parity.EE)]
     assert ends[0] - found.high > 0.1 > ends[1] - found.high >= 0  # the lower one

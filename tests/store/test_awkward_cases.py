@@ -181,12 +181,26 @@ def test_levels_keep_their_numbers_across_a_gap(catalogue, awkward_once):
     """At a = 1.6, levels ee are stored for k = 0-6 and 8-9, and oo for 0-6."""
     stored = dict(ask(awkward_once, "SELECT number, k FROM level WHERE a = 1.6 AND parity = 'ee'"))
     found = catalogue.levels(9, parity="ee", method="orbits")
-    counterparts = catalogue.stored_counterparts(found)
+    counterparts = catalogue._stored_counterparts(found)
     assert counterparts == [stored.get(number) for number in range(1, len(found) + 1)]
     assert None in counterparts[: max(stored)]
-    with pytest.raises(InputError, match=r"only ee, oo levels are stored at a = 1\.6: choose one parity"):
+    with pytest.raises(InputError, match=r"only ee, oo levels are stored at a = 1\.6: choose one of these"):
         catalogue.levels()
     assert catalogue.levels(parity="ee").high == 6
+    assert catalogue.levels(parity=["ee", "oo"]).parities == ("ee", "oo")
+    for k, ends in (
+        ((8, 9), (8, 9)),
+        ((8, None), (8, 9)),
+        ((2, 5), (2, 5)),
+        ((5, None), (5, 6)),
+        (4, (0, 4)),
+    ):
+        some = catalogue.levels(k, parity="ee")
+        assert (some.low, some.high) == ends
+        assert some.k.tolist() == [each for each in sorted(stored.values()) if ends[0] <= each < ends[1]]
+    with pytest.raises(InputError, match=r"are stored from k = 5 to 6 only at .* --k 5:7"):
+        catalogue.levels((5, 7), parity="ee")
+    assert catalogue.levels((5, 9), parity="ee", method="orbits").k.tolist() == [k for k in found.k if k >= 5]
 
 
 @pytest.mark.parametrize(

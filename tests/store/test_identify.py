@@ -45,7 +45,7 @@ def name(found):
 def test_orbits_through_a_joint_have_a_length_but_are_no_candidates(varied):
     catalogue = Catalogue(varied, 1.0)
     length, code = next(iter(catalogue.rows(status="boundary", columns=("length", "representative"))))
-    found = catalogue.with_length(length)
+    found = catalogue.identify(length=length)
     assert code not in [each.code for each in found]
     assert {catalogue.orbit(each.code).status for each in found} <= {"orbit"}
 
@@ -132,7 +132,7 @@ def test_a_length_finds_stored_orbits_and_their_repetitions(catalogue, turns, of
         if r and abs(r * one - length) <= within:
             wanted.append((*row, r, r * one - length))
     wanted.sort(key=lambda row: (abs(row[-1]), row[1], row[0]))
-    found = catalogue.with_length(length, tolerance=tolerance, limit=limit)
+    found = catalogue.identify(length=length, tolerance=tolerance, limit=limit)
     names = ("code", *OF_CANDIDATES[1:])
     assert [tuple(getattr(each, name) for name in names) for each in found] == wanted[:limit]
     assert all(each.total == each.repetitions * each.length for each in found)
@@ -141,10 +141,10 @@ def test_a_length_finds_stored_orbits_and_their_repetitions(catalogue, turns, of
 def test_a_length_without_an_error_bound_uses_only_the_tolerance(own):
     length = there(Catalogue(own)["013"].length)
     alter(own, "UPDATE orbit SET length_error = NULL")  # as relaxation leaves it
-    near = [Catalogue(own).with_length(length + off, tolerance=1e-3) for off in (9e-4, 1.1e-3)]
+    near = [Catalogue(own).identify(length=length + off, tolerance=1e-3) for off in (9e-4, 1.1e-3)]
     assert [len(each) > 0 for each in near] == [True, False]
     alter(own, "UPDATE orbit SET length_error = 1e-4")
-    near = [Catalogue(own).with_length(length + off, tolerance=1e-3) for off in (1.09e-3, 1.11e-3)]
+    near = [Catalogue(own).identify(length=length + off, tolerance=1e-3) for off in (1.09e-3, 1.11e-3)]
     assert [len(each) > 0 for each in near] == [True, False]
 
 
@@ -153,14 +153,14 @@ def test_the_rounded_length_of_a_repetition_is_found(catalogue):
         one = catalogue[word]
         for times in (1, 3, 7, 1001):
             rounded = math.nextafter(times * one.length, math.inf)
-            found = catalogue.with_length(rounded, tolerance=0)
+            found = catalogue.identify(length=rounded, tolerance=0)
             assert (one.representative, times) in [(each.code, each.repetitions) for each in found]
 
 
 START, PATH = (0, 0.5, 1.2), [[2.6, 0], [-2.6, 0], [2.6, 0]]
 REFUSED = [
-    ({}, "exactly one"),
-    ({"start": START, "points": PATH}, "exactly one"),
+    ({}, "give one of start, points and length"),
+    ({"start": START, "points": PATH}, "give one of start, points and length"),
     ({"start": (0, 0)}, "three numbers"),
     ({"start": (0, 0, math.nan)}, "not coordinates"),
     ({"start": (0, 1.1, 0)}, "0.1 outside the stadium at a = 1.6"),
@@ -183,6 +183,7 @@ REFUSED = [
     ({"points": [PATH[0], [0, 0], PATH[1]]}, "point 2, .* lies 1 inside"),
     ({"points": [PATH[0], PATH[1], PATH[1]]}, "points 2 and 3 are the same"),
     ({"points": PATH, "bounces": 3}, "with a start, not with points"),
+    ({"length": 3, "start": (0, 0, 0)}, "give one of start, points and length"),
     ({"length": 0}, "length 0"),
     ({"length": 3, "tolerance": 1.5}, "tolerance 1.5"),
 ]
@@ -191,7 +192,7 @@ REFUSED = [
 @pytest.mark.parametrize(("asked", "told"), REFUSED)
 def test_bad_questions_are_refused_in_one_line(catalogue, asked, told):
     with pytest.raises(InputError, match=told) as refused:
-        (catalogue.with_length if "length" in asked else catalogue.identify)(**asked)
+        catalogue.identify(**asked)
     assert "\n" not in str(refused.value)
 
 
