@@ -743,7 +743,7 @@ class Catalogue:
         >>> catalogue.statistics(p="2-4")["N_c"]
         [1, 8, 32]
         """
-        from orbitdb.answers.statistics import statistics
+        from orbitdb.answers.lyapunov import statistics
 
         return self._result(statistics, selection, _of(_ORBITS, selection, criteria), weight)
 

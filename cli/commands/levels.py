@@ -74,14 +74,14 @@ def _from_elements(
     """Find levels with spectral elements, save them if a catalogue is given, and return their number."""
     from orbitdb.billiard.stadium import Stadium
     from orbitdb.catalogue import Catalogue
-    from orbitdb.quantum.exact_levels import windows
+    from orbitdb.quantum.exact_levels import level_tasks
     from orbitdb.quantum.weyl import k_range, parities_of
 
     low, high = k_range(read_k(k))
     parities = parities_of(parity)
     (at,) = given_a(db, a)
     for one in parities:
-        list(windows(Stadium(at), one, low, high))  # a refused range must leave no file
+        list(level_tasks(Stadium(at), one, low, high))  # a refused range must leave no file
     catalogue = Catalogue(db, at, missing_ok=True)
     keeps = storable(catalogue, store)
     with progress("levels") as shown:

@@ -1,4 +1,4 @@
-"""A chosen subset as averages need it: its symmetry classes, without words and coordinates.
+"""Complete periods: their counts at any a, and a chosen subset as averages need it, by symmetry classes.
 
 Averages use only complete periods, filled or swept; sum rules need all orbits up to some period.
 """
@@ -20,8 +20,9 @@ from orbitdb.open_stadium.openings import measure
 from orbitdb.open_stadium.patterns import patterns_of
 from orbitdb.open_stadium.rates import FAST
 from orbitdb.open_stadium.tails import tails
-from orbitdb.orbits.exponents import OrbitClasses
+from orbitdb.orbits.exponents import OrbitClasses, Tally
 from orbitdb.orbits.status import EXISTING, Status
+from orbitdb.store.lookup import counts_at
 from orbitdb.store.periods import Sweep
 from orbitdb.store.select import WORDS, Words, arrays_of
 from orbitdb.store.selection import Selection, SelectionError
@@ -46,6 +47,62 @@ def read_classes(connection: Connection, selection: Selection, texts: Sequence[s
     found = arrays_of(connection, Words(selection, by_class=True), names)
     with readable(f"a row of {selection.describe()}"):
         return OrbitClasses(**{name: found[name] for name in names}, number=found["id"])
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Counts of the words and orbits of complete periods at a given a.
+
+    Attributes
+    ----------
+    a : float
+        Half length of the stadium.
+    tallies : dict of int to Tally
+        Counts by period, including periods that are not chosen but are needed in sums over divisors.
+    chosen : tuple of int
+        The chosen periods that have counts.
+    from_births, from_sweeps : tuple of int
+        The chosen periods that are not filled and were counted from births, or by a sweep, instead.
+    """
+
+    a: float
+    tallies: Mapping[int, Tally]
+    chosen: tuple[int, ...]
+    from_births: tuple[int, ...]
+    from_sweeps: tuple[int, ...] = ()
+
+    def cycles(self) -> Integers:
+        """Return the number of orbits of each period from 0 to the highest chosen one; 0 where unknown."""
+        numbers = np.zeros(max(self.chosen, default=0) + 1, dtype=np.int64)
+        for p in self.chosen:
+            numbers[p] = self.tallies[p].n_c
+        return numbers
+
+
+def counts(coverage: Coverage) -> Counted:
+    """Return the counts of each chosen period: from its fill, else from a sweep, else from births.
+
+    Raises `SelectionError` if the selection has criteria other than a and periods.
+    """
+    selection = coverage.chosen
+    if selection != Selection(selection.a, selection.periods):
+        raise SelectionError(
+            "a table counts all words of its periods: give only a and p, or count the rows of a subset "
+            "with select(...).table()"
+        )
+    names = ("n_t", "n_c", "classes", "boundary", "unresolved")
+    tallies = {
+        fill.p: Tally(*(getattr(fill, name) for name in names)) for fill in coverage.fills if fill.done
+    }
+    sweeps = [sweep for sweep in coverage.stored.sweeps if sweep.done and sweep.p not in tallies]
+    tallies |= {sweep.p: sweep.tally for sweep in sweeps}
+    born = [p for p in coverage.stored.born if p not in tallies]
+    chosen = tuple(sorted(p for p in (*tallies, *born) if selection.includes(p)))
+    needed = {p for p in born if any(multiple % p == 0 for multiple in chosen)}
+    tallies |= {p: counts_at(coverage.connection, selection.a, p) for p in needed}
+    swept = tuple(sweep.p for sweep in sweeps if selection.includes(sweep.p))
+    counted = tuple(p for p in born if selection.includes(p))
+    return Counted(selection.a, dict(sorted(tallies.items())), chosen, counted, swept)
 
 
 @dataclass(frozen=True)

@@ -1,17 +1,13 @@
-"""The counts of complete periods at any a, and notes on what an answer lacks: periods, and births.
+"""How far an answer is complete, and notes on what it lacks: periods, births, and long orbits.
 
 Missing data never count as zero. Instead, a note with every list, count or average says what is missing.
 """
 
 import math
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
-import numpy as np
-
-from orbitdb.arrays import Integers
 from orbitdb.errors import AlteredError, InputError, NotStoredError
 from orbitdb.orbits.least_values import (
     largest_least_length,
@@ -21,18 +17,15 @@ from orbitdb.orbits.least_values import (
 )
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.store.conditions import asks_of_lives, parse_order
-from orbitdb.store.lookup import WITH_ORBITS, a_values, counts_at, default_a
+from orbitdb.store.lookup import WITH_ORBITS, a_values, default_a
 from orbitdb.store.periods import Fill, Sweep, read_birth_fills, read_fills, read_pruned_fills, read_sweeps
 from orbitdb.store.select import count
-from orbitdb.store.selection import LEAST_PERIOD, Selection, SelectionError, written_periods
+from orbitdb.store.selection import LEAST_PERIOD, Selection, written_periods
 from orbitdb.store.sqlite import DATABASE_ERRORS, Connection
 from orbitdb.store.where import check, codes_are_texts, reads_codes
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_pruned, rules_of_pattern
 from orbitdb.text import format_float, several, shortened
-
-if TYPE_CHECKING:
-    from orbitdb.orbits.exponents import Tally
 
 _USUAL = 11
 """Highest period of the first fill that messages suggest."""
@@ -48,36 +41,6 @@ LENGTHS = ("length", "quarter_length")
 
 EXPONENTS = ("lyapunov", "quarter_lyapunov")
 """The lambdas by which they can be."""
-
-
-@dataclass(frozen=True)
-class Counted:
-    """Counts of the words and orbits of complete periods at a given a.
-
-    Attributes
-    ----------
-    a : float
-        Half length of the stadium.
-    tallies : dict of int to Tally
-        Counts by period, including periods that are not chosen but are needed in sums over divisors.
-    chosen : tuple of int
-        The chosen periods that have counts.
-    from_births, from_sweeps : tuple of int
-        The chosen periods that are not filled and were counted from births, or by a sweep, instead.
-    """
-
-    a: float
-    tallies: Mapping[int, "Tally"]
-    chosen: tuple[int, ...]
-    from_births: tuple[int, ...]
-    from_sweeps: tuple[int, ...] = ()
-
-    def cycles(self) -> Integers:
-        """Return the number of orbits of each period from 0 to the highest chosen one; 0 where unknown."""
-        numbers = np.zeros(max(self.chosen, default=0) + 1, dtype=np.int64)
-        for p in self.chosen:
-            numbers[p] = self.tallies[p].n_c
-        return numbers
 
 
 class Stored:
@@ -336,34 +299,6 @@ def gaps_at(connection: Connection, chosen: Sequence[Selection], everywhere: boo
 def periods_with_births(connection: Connection) -> list[int]:
     """Return the periods whose births and deaths are all stored, in ascending order."""
     return [fill.p for fill in read_birth_fills(connection) if fill.done]
-
-
-def counts(coverage: Coverage) -> Counted:
-    """Return the counts of each chosen period: from its fill, else from a sweep, else from births.
-
-    Raises `SelectionError` if the selection has criteria other than a and periods.
-    """
-    selection = coverage.chosen
-    if selection != Selection(selection.a, selection.periods):
-        raise SelectionError(
-            "a table counts all words of its periods: give only a and p, or count the rows of a subset "
-            "with select(...).table()"
-        )
-    from orbitdb.orbits.exponents import Tally
-
-    names = ("n_t", "n_c", "classes", "boundary", "unresolved")
-    tallies = {
-        fill.p: Tally(*(getattr(fill, name) for name in names)) for fill in coverage.fills if fill.done
-    }
-    sweeps = [sweep for sweep in coverage.stored.sweeps if sweep.done and sweep.p not in tallies]
-    tallies |= {sweep.p: sweep.tally for sweep in sweeps}
-    born = [p for p in coverage.stored.born if p not in tallies]
-    chosen = tuple(sorted(p for p in (*tallies, *born) if selection.includes(p)))
-    needed = {p for p in born if any(multiple % p == 0 for multiple in chosen)}
-    tallies |= {p: counts_at(coverage.connection, selection.a, p) for p in needed}
-    swept = tuple(sweep.p for sweep in sweeps if selection.includes(sweep.p))
-    counted = tuple(p for p in born if selection.includes(p))
-    return Counted(selection.a, dict(sorted(tallies.items())), chosen, counted, swept)
 
 
 def _within(spans: Sequence[tuple[int, int]], stored: Collection[int]) -> list[int]:

@@ -8,13 +8,15 @@ from typing import Any
 
 from orbitdb.answers.complete_periods import (
     CompletePeriods,
+    Counted,
     Periods,
     all_orbits,
+    counts,
     if_avoiding,
     read_noted,
     with_lower,
 )
-from orbitdb.answers.completeness import Counted, Coverage, counts
+from orbitdb.answers.completeness import Coverage
 from orbitdb.answers.results import PROVED, TABLE, Result
 from orbitdb.arrays import Integers
 from orbitdb.averages import by_period

@@ -1,4 +1,4 @@
-"""Lyapunov averages by period: `Catalogue.lyapunov`, and the registry of its methods.
+"""Lyapunov averages by period: `Catalogue.lyapunov`, the registry of its methods, and `.statistics`.
 
 To add an average, add an entry to `AVERAGES`; tables, files, the figure and the screen follow.
 """
@@ -18,6 +18,7 @@ from orbitdb.answers.complete_periods import (
     why_no_lambda,
     why_no_sum_rules,
 )
+from orbitdb.answers.entropy import enclosure, entropy_of_rows, outside
 from orbitdb.answers.results import TRAJECTORIES, UP_TO_CUT, Result
 from orbitdb.arrays import Floats
 from orbitdb.averages import pseudocycles
@@ -40,6 +41,7 @@ from orbitdb.progress import Tell, nobody
 from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection
 from orbitdb.store.stored_values import best_reference
+from orbitdb.symbols.pruning import count_admissible
 from orbitdb.text import format_float, with_error
 
 _LARGEST_CUT = 1000
@@ -251,3 +253,24 @@ def _up_to(subset: CompletePeriods, cut: float, weight: Weight, notes: list[str]
     row = [cut, *(None if subset.missing or value != value else value for value in values)]
     columns = {name: [value] for name, value in zip(UP_TO_CUT, row, strict=True)}
     return Result(subset.selection, columns, (subset.selection.describe(),), tuple(filter(None, notes)))
+
+
+def statistics(connection: Connection, selection: Selection, weight: str = "exp") -> Result:
+    """Return counts, entropies and Lyapunov averages of complete periods (`Catalogue.statistics`)."""
+    notes: list[str] = []
+    subset = read_noted(connection, selection, notes, swept=True)
+    if subset is None:
+        return Result(selection, {}, (), tuple(notes))
+    periods, classes = subset.shown, subset.classes.p.tolist()
+    columns = {
+        "N_t": [count_admissible(p) for p in periods],
+        "N_c": subset.cycles()[periods].tolist(),
+        "classes": [None if p in subset.swept else classes.count(p) for p in periods],
+    }
+    for result in (entropy_of_rows(subset), lyapunov_of_rows(subset, weight)):
+        columns |= {name: list(values) for name, values in result.columns.items()}
+        notes += result.notes
+    proved = enclosure(connection, selection.a)
+    notes.append(outside(periods, columns["h_zeta"], proved.bounds, subset.selection))
+    columns |= proved.columns(len(periods))
+    return Result(subset.selection, columns, (proved.fact,), tuple(dict.fromkeys(filter(None, notes))))

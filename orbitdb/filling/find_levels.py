@@ -10,7 +10,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.filling.estimate import about
 from orbitdb.filling.workers import at_work
 from orbitdb.progress import Tell, nobody
-from orbitdb.quantum.exact_levels import LevelTask, LevelWindow, in_order, ranges_not_stored, windows
+from orbitdb.quantum.exact_levels import LevelTask, LevelWindow, in_order, level_tasks, ranges_not_stored
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.file import reading
 from orbitdb.store.stored_values import stored_levels
@@ -37,7 +37,7 @@ def find_levels(
 ) -> dict[Parity, list[LevelWindow]]:
     """Return the levels in a range of k by parity; take stored ones from a catalogue, and store new ones."""
     for parity in parities:
-        list(windows(stadium, parity, low, high))  # raises for a bad range before anything is stored
+        list(level_tasks(stadium, parity, low, high))  # raises for a bad range before anything is stored
     levels: dict[Parity, list[LevelWindow]] = {parity: [] for parity in parities}
     if path is not None:
         with reading(path) as connection:
@@ -46,7 +46,7 @@ def find_levels(
         task
         for parity in parities
         for gap in ranges_not_stored(levels[parity], low, high)
-        for task in windows(stadium, parity, *gap)
+        for task in level_tasks(stadium, parity, *gap)
     )
     if not tasks:
         return levels

@@ -14,7 +14,7 @@ from orbitdb.arrays import Floats, Integers
 from orbitdb.orbits.exponents import OrbitClasses
 from orbitdb.orbits.least_values import least_limit_of_lengths
 from orbitdb.orbits.status import Status
-from orbitdb.plots.noted import gaps, nothing
+from orbitdb.plots.registry import gaps, nothing
 from orbitdb.plots.style import BLUE, GREY, INKS, ORANGE, Colours, Picture, figure
 from orbitdb.store.selection import Selection
 from orbitdb.text import format_float

@@ -11,8 +11,7 @@ from orbitdb.open_stadium.openings import Opening, parse_openings
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.plots import paths
-from orbitdb.plots.noted import gaps, nothing
-from orbitdb.plots.registry import EmptyFigureError
+from orbitdb.plots.registry import EmptyFigureError, gaps, nothing
 from orbitdb.plots.style import BLUE, ORANGE, Picture, figure, inches_wide, short, wrapped
 from orbitdb.store.selection import Selection
 from orbitdb.text import format_float, several

@@ -13,8 +13,8 @@ from orbitdb.billiard.stability import birkhoff
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.open_stadium.openings import SYMBOL_OF, Opening, spans_on
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.plots.noted import gaps, nothing
 from orbitdb.plots.orbits import with_paths
+from orbitdb.plots.registry import gaps, nothing
 from orbitdb.plots.style import BLUE, GREY, Colours, Picture, figure, inches_wide, short
 from orbitdb.store.selection import Selection
 from orbitdb.text import format_float

@@ -9,9 +9,13 @@ This module does not import matplotlib.
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from orbitdb.errors import InputError
+from orbitdb.store.selection import Selection
+
+if TYPE_CHECKING:
+    from orbitdb.catalogue import Catalogue
 
 Source = Literal["orbit", "orbits", "word", "wave", "opening", "catalogue", "object"]
 """What a figure is drawn from.
@@ -185,6 +189,19 @@ class EmptyFigureError(InputError):
     def __init__(self, lines: Iterable[str]) -> None:
         self.lines = tuple(lines)
         super().__init__("; ".join(self.lines))
+
+
+def gaps(catalogue: "Catalogue", chosen: Selection, order: str = "p") -> list[str]:
+    """Return one line for each kind of gap in a chosen subset."""
+    return [*catalogue.rows(chosen, columns=("code",), order=order).notes]
+
+
+def nothing(catalogue: "Catalogue", chosen: Selection) -> EmptyFigureError:
+    """Return the error for a subset without anything to draw."""
+    listing = catalogue.rows(chosen, columns=("code",))
+    absent = listing.absent
+    lines = [line for line in listing.notes if line not in absent]
+    return EmptyFigureError([*lines, *(f"{line}: nothing to draw" for line in absent)])
 
 
 def plain_name(name: str) -> str:

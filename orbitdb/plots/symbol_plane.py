@@ -16,7 +16,7 @@ from orbitdb.answers.subset import Subset
 from orbitdb.arrays import Floats, Marks
 from orbitdb.errors import InputError
 from orbitdb.orbits.status import Status
-from orbitdb.plots.noted import gaps, nothing
+from orbitdb.plots.registry import gaps, nothing
 from orbitdb.plots.style import BLUE, GREY, INK, INKS, NARROW, ORANGE, SMALL, Picture, figure, width_or
 from orbitdb.store.selection import Selection
 from orbitdb.symbols.plane import PIECE

@@ -164,7 +164,7 @@ def _elements(a: float, size: float, order: int, layers: int) -> Interiors:
     return Interiors(grid(quarter_stadium(a, size, layers), order))
 
 
-def windows(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterator[LevelTask]:
+def level_tasks(stadium: Stadium, parity: Parity, low: float, high: float) -> Iterator[LevelTask]:
     """Divide a range of k into windows; yield the task of each window.
 
     Raises
@@ -300,6 +300,6 @@ def levels(
     """
     at, (low, high) = as_stadium(stadium), k_range(k)
     solved: dict[Parity, list[LevelWindow]] = {one: [] for one in parities_of(parity)}
-    for task in in_order(task for one in solved for task in windows(at, one, low, high)):
+    for task in in_order(task for one in solved for task in level_tasks(at, one, low, high)):
         solved[task.parity].append(task.solved())
     return Levels.joined(at.a, low, high, solved)

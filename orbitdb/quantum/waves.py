@@ -32,7 +32,7 @@ from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.condensation import eigenfunctions, one_thread
 from orbitdb.quantum.elements import nodes
-from orbitdb.quantum.exact_levels import LevelTask, windows
+from orbitdb.quantum.exact_levels import LevelTask, level_tasks
 from orbitdb.quantum.weyl import Parity, one_parity, weyl
 from orbitdb.text import format_float
 
@@ -180,12 +180,12 @@ def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | st
     Raises
     ------
     InputError
-        If the half length or the range is outside the tested limits (`orbitdb.quantum.exact_levels.windows`).
+        If the half length or the range is outside the tested limits (`exact_levels.level_tasks`).
     """
     at, of = as_stadium(stadium), one_parity(parity)
     if of is None:
         raise InputError("waves have one parity: name it, such as 'ee'")
-    for task in windows(at, of, low, high):
+    for task in level_tasks(at, of, low, high):
         cells, levels = _functions(task)
         for k, function in levels:
             yield Wave(at, of, k, function, cells)
@@ -219,7 +219,7 @@ def scar_strengths(
     """
     levels: list[float] = []
     strengths: list[Floats] = []
-    tasks = list(windows(stadium, parity, low, high))
+    tasks = list(level_tasks(stadium, parity, low, high))
     for done, task in enumerate(tasks):
         tell(done, len(tasks), f"waves {parity} from k = {task.low:.4g}")
         nodes, weights, starts = _quadrature(stadium, orbits, task.high)

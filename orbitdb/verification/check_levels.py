@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.quantum.exact_levels import ROUNDING, windows
+from orbitdb.quantum.exact_levels import ROUNDING, level_tasks
 from orbitdb.quantum.weyl import Parity
 from orbitdb.store.selection import Selection
 from orbitdb.store.stored_values import stored_levels
@@ -28,7 +28,9 @@ def levels(scope: Scope) -> Iterator[Part]:
 def _levels(a: float, parity: str, scope: Scope) -> Iterator[Check]:
     """Check the numbers of levels in and below each window and, if they are right, each level."""
     for stored in stored_levels(scope.connection, a, Parity(parity)):
-        anew = [task.solved(*_GRID) for task in windows(Stadium(a), stored.parity, stored.low, stored.high)]
+        anew = [
+            task.solved(*_GRID) for task in level_tasks(Stadium(a), stored.parity, stored.low, stored.high)
+        ]
         k = np.concatenate([window.k for window in anew])
         query = "SELECT number FROM level WHERE (a, parity) = (:a, :parity) AND k >= :low AND k < :high"
         window = {"a": a, "parity": parity, "low": stored.low, "high": stored.high}

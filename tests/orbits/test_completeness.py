@@ -10,20 +10,8 @@ from orbitdb.billiard.legs import Chain, cut, derivatives, direction_limits, fol
 from orbitdb.billiard.stadium import HALF_PI
 from orbitdb.orbits.along_a import motion
 from orbitdb.orbits.births import find_changes
-from orbitdb.orbits.missing_births import (
-    ROUNDING,
-    Completeness,
-    Kind,
-    Reach,
-    displaced,
-    firmness,
-    forcing,
-    kinds_in_cells,
-    prove_all,
-    reach_of,
-    stretches,
-    walk,
-)
+from orbitdb.orbits.cells import ROUNDING, Kind, Reach, displaced, firmness, forcing, kinds_in_cells, reach_of
+from orbitdb.orbits.missing_births import Completeness, prove_all, stretches, walk
 from orbitdb.orbits.newton import newton
 from orbitdb.orbits.solve import solve
 from orbitdb.symbols.words import from_strings

@@ -15,7 +15,7 @@ from scipy.special import jv
 from orbitdb import InputError, Stadium
 from orbitdb.quantum.condensation import Interiors, eigenfunctions
 from orbitdb.quantum.elements import grid, quarter_disc, quarter_stadium
-from orbitdb.quantum.exact_levels import LevelTask, levels, windows
+from orbitdb.quantum.exact_levels import LevelTask, level_tasks, levels
 from orbitdb.quantum.weyl import Parity, weyl
 
 
@@ -145,7 +145,7 @@ def test_a_window_between_two_levels_is_solved():
 
 @pytest.mark.slow
 def test_windows_leave_no_gap_and_follow_weyls_law():
-    found = [task.solved() for task in windows(Stadium(1.6), Parity.OO, 0.0, 27.0)]
+    found = [task.solved() for task in level_tasks(Stadium(1.6), Parity.OO, 0.0, 27.0)]
     assert len(found) > 1
     assert [each.low for each in found[1:]] == [each.high for each in found[:-1]]
     assert [each.below for each in found] == [sum(len(one.k) for one in found[:n]) for n in range(len(found))]
@@ -185,4 +185,4 @@ def test_particular_solutions_find_the_same_levels():
 @pytest.mark.parametrize(("a", "low", "high"), [(0.01, 0, 5), (30, 0, 5), (1, 5, 5), (1, -1, 5), (1, 0, 1e4)])
 def test_untested_ranges_are_refused(a, low, high):
     with pytest.raises(InputError, match="give"):
-        list(windows(Stadium(a), Parity.EE, low, high))
+        list(level_tasks(Stadium(a), Parity.EE, low, high))

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from orbitdb import InputError, Stadium, levels, weyl_number
 from orbitdb.quantum.bouncing_balls import family, family_count, family_terms
 from orbitdb.quantum.elements import grid, nodes, quarter_disc, quarter_stadium
-from orbitdb.quantum.exact_levels import LevelTask, LevelWindow, ranges_not_stored, windows
+from orbitdb.quantum.exact_levels import LevelTask, LevelWindow, level_tasks, ranges_not_stored
 from orbitdb.quantum.length_spectrum import COLUMNS, Spectrum, of_terms, peak_of_each
 from orbitdb.quantum.trace_formula import Terms
 from orbitdb.quantum.weyl import Parity, check_levels, wavenumber, weyl
@@ -115,7 +115,7 @@ def test_windows_cut_a_range_evenly(a, parity, low, whole, rest):
     first = max(smooth(low), 0.0)
     high = wavenumber(smooth, first + 48 * whole + rest)
     assume(abs(rest - 12) > 0.01)
-    found = list(windows(Stadium(a), parity, low, high))
+    found = list(level_tasks(Stadium(a), parity, low, high))
     assert all((each.a, each.parity) == (a, parity) for each in found)
     assert [each.low for each in found] == [low, *(each.high for each in found[:-1])]
     assert found[-1].high == high

@@ -11,7 +11,8 @@ import pytest
 from made_levels import keep_made_levels
 from sqlalchemy import Connection, Engine, event
 
-from orbitdb.answers.completeness import Counted, Coverage, counts
+from orbitdb.answers.complete_periods import Counted, counts
+from orbitdb.answers.completeness import Coverage
 from orbitdb.catalogue import Catalogue
 from orbitdb.filling import sweeps
 from orbitdb.filling.sweeps import sweep_periods
