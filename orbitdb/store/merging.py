@@ -190,7 +190,7 @@ class _Merge:
 
     def orbits(self, stadium: _Stadium) -> None:
         """Copy the orbits that the target lacks."""
-        theirs, cycle, own = PART[t.orbit], PART[t.cycle].c, t.orbit.c
+        theirs, own = PART[t.orbit], t.orbit.c
         chosen = (theirs.c.stadium == stadium.theirs, self.chosen.of_p(theirs))
         beyond = (
             func.abs(own[name] - theirs.c[name]) > own[error] + theirs.c[error] for name, error in _BOUNDED
@@ -199,12 +199,14 @@ class _Merge:
         if other := self.part.differing(t.orbit, _KEY, differ, stadium=stadium.ours):
             at = f"{self.part.word_of(other)} at a = {format_float(stadium.a)}"
             self.refuse(f"{at} has other numbers, beyond their error bounds")
-        new = (*chosen, lacking(t.orbit, _KEY, stadium=stadium.ours))
-        sizes = select(func.sum(cycle.class_size)).join_from(
-            theirs, PART[t.cycle], cycle.id == theirs.c.cycle
-        )
-        self.add(stadium.a, words=self.connection.scalar(sizes.where(*new)) or 0)
-        self.part.copy(t.orbit, *new, stadium=stadium.ours)
+        before = self.words(stadium)
+        self.part.copy(t.orbit, *chosen, or_="IGNORE", stadium=stadium.ours)
+        self.add(stadium.a, words=self.words(stadium) - before)
+
+    def words(self, stadium: _Stadium) -> int:
+        """Return the number of words that the target stores at an a."""
+        sizes = select(func.sum(t.cycle.c.class_size)).join_from(t.orbit, t.cycle)
+        return self.connection.scalar(sizes.where(t.orbit.c.stadium == stadium.ours)) or 0
 
     def certificates(self, stadium: _Stadium) -> None:
         """Copy the certificates of orbits whose rows are equal in both files."""
