@@ -17,7 +17,7 @@ from orbitdb.store.paths import default_path, home_expanded
 from orbitdb.text import format_float, parse_int, real
 
 if TYPE_CHECKING:
-    from orbitdb.store.selection import Selection
+    from orbitdb.selection import Selection
 
 
 def with_groups(command: Callable[..., None]) -> Callable[..., None]:
@@ -381,7 +381,8 @@ class SelectionOptions:
         `usual` are the statuses to choose if none is named, where they are not those of `Selection`, and
         `code` the words given with --code.
         """
-        from orbitdb.store.selection import SelectionError, parse_bounds
+        from orbitdb.criteria import parse_bounds
+        from orbitdb.errors import SelectionError
         from orbitdb.store.where import parse_parameters
 
         if self.parameters and self.where is None:
@@ -401,6 +402,6 @@ class SelectionOptions:
         self, a: float, usual: Sequence[str] | None = None, code: Iterable[str] | None = None
     ) -> "Selection":
         """Return the subset at a given a (`criteria`)."""
-        from orbitdb.store.selection import Selection
+        from orbitdb.selection import Selection
 
         return Selection.from_criteria(a=a, **self.criteria(usual, code))

@@ -19,8 +19,8 @@ from orbitdb.text import several
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
+    from orbitdb.selection import Selection
     from orbitdb.store.file import Migration
-    from orbitdb.store.selection import Selection
 
 OF_CATALOGUE = tuple(column.name for column in (*IN_CATALOGUE, *COMPUTED))
 COORDINATES = "coordinates"
@@ -101,7 +101,8 @@ def asked_columns(
 
 def _named_columns(text: str, columns: Sequence[str], adds: bool) -> tuple[str, ...]:
     """Read names of columns, separated by commas; each must be one of `columns`, with a plus if `adds`."""
-    from orbitdb.store.selection import SelectionError, unknown_column
+    from orbitdb.criteria import unknown_column
+    from orbitdb.errors import SelectionError
 
     names = tuple(name.strip().removeprefix("+" if adds else "") for name in text.split(","))
     for name in names:

@@ -191,7 +191,7 @@ def checks() -> str:
 
 
 _SUBJECTS = {
-    "The catalogue": ("catalogue", "store", "filling", "verification", "answers.completeness"),
+    "The catalogue": ("catalogue", "selection", "store", "filling", "verification", "answers.completeness"),
     "Orbits": ("billiard", "orbits"),
     "Averages and entropy": ("averages", "entropy_bounds", "trajectories.ensemble"),
     "The open stadium": ("open_stadium",),

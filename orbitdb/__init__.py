@@ -81,7 +81,7 @@ if TYPE_CHECKING:  # isort: off
     from orbitdb.quantum.length_spectrum import Spectrum as Spectrum
     from orbitdb.quantum.waves import Wave as Wave, waves as waves
     from orbitdb.quantum.weyl import weyl_number as weyl_number
-    from orbitdb.store.selection import Selection as Selection
+    from orbitdb.selection import Selection as Selection
     from orbitdb.store.lookup import Life as Life
     from orbitdb.store.periods import BirthFill as BirthFill, Contents as Contents
     from orbitdb.store.periods import Fill as Fill, Sweep as Sweep
@@ -133,7 +133,7 @@ _HOMES = {
     "quantum.level_files": ("read_levels",),
     "quantum.waves": ("Wave", "waves"),
     "quantum.weyl": ("weyl_number",),
-    "store.selection": ("Selection",),
+    "selection": ("Selection",),
     "store.lookup": ("Life",),
     "store.periods": ("BirthFill", "Contents", "Fill", "Sweep"),
     "symbols.plane": ("symbol_plane",),

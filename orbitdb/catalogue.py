@@ -10,11 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, Unpack, cast, overload
 
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.criteria import OF_STATUS, Criteria, with_criteria
 from orbitdb.display import Rows, load
-from orbitdb.errors import InputError, StoreError, as_texts, check_int, check_text
+from orbitdb.errors import InputError, SelectionError, StoreError, as_texts, check_int, check_text
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import Status
+from orbitdb.period_ranges import check_periods, periods_to_make
 from orbitdb.progress import Tell, nobody, telling
+from orbitdb.selection import Selection
 from orbitdb.store.file import Moment, Store
 from orbitdb.store.lookup import (
     WITH_ORBITS,
@@ -26,15 +29,6 @@ from orbitdb.store.lookup import (
     note_on_a,
 )
 from orbitdb.store.paths import FileId, as_path, default_path, home_expanded, network_disk
-from orbitdb.store.selection import (
-    OF_STATUS,
-    Criteria,
-    Selection,
-    SelectionError,
-    check_periods,
-    periods_to_make,
-    with_criteria,
-)
 from orbitdb.store.sqlite import Connection, never
 from orbitdb.symbols.words import WordError, is_primitive, parse, primitive_root, read_words
 

@@ -21,6 +21,10 @@ class NotStoredError(InputError):
     """The catalogue lacks what a question needs; the message names the command that makes it."""
 
 
+class SelectionError(InputError):
+    """A part of the selection cannot be read; the message says how to write it."""
+
+
 def check_int(name: str, value: Any, least: float = 1) -> int:
     """Return a whole number, such as 3, 1e7 or one of NumPy, as an int.
 

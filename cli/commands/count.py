@@ -38,7 +38,7 @@ def count(
     The options choose words as those of query do. The columns of --by are those whose values all words of a
     class share, such as p, status or symmetry; words without a value come last.
     """
-    from orbitdb.store.selection import OF_STATUS
+    from orbitdb.criteria import OF_STATUS
 
     names = [name.strip() for name in by.split(",")] if by else []
     usual = () if OF_STATUS.intersection(names) else None

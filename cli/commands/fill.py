@@ -176,7 +176,7 @@ def fill(
     An interrupted fill continues where it stopped; finished periods are skipped. --geometric first says how
     many words it stores, and asks if there are ten million or more.
     """
-    from orbitdb.store.selection import periods_to_make
+    from orbitdb.period_ranges import periods_to_make
     from orbitdb.symbols.pruning import count_pruned
 
     if code:
@@ -250,7 +250,7 @@ def sweep(
     time than a fill and hardly any disk space. If interrupted, it continues where it stopped; periods that
     are swept or filled are skipped.
     """
-    from orbitdb.store.selection import periods_to_make, written_periods
+    from orbitdb.period_ranges import periods_to_make, written_periods
 
     periods = periods_to_make(p)
     catalogue, span, coming = planned(periods, a, solvers, db, dry_run, sweep=True)
@@ -291,7 +291,7 @@ def births(
     """
     from orbitdb.answers.results import ENDED
     from orbitdb.catalogue import Catalogue
-    from orbitdb.store.selection import LEAST_PERIOD, periods_to_make
+    from orbitdb.period_ranges import LEAST_PERIOD, periods_to_make
     from orbitdb.symbols.enumeration import MAX_PERIOD
 
     periods: Sequence[int]

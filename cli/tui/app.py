@@ -33,7 +33,7 @@ from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working, key
 from orbitdb.cli.tui.stored import Kept
 from orbitdb.errors import StoreError
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.store.where import CancelledError
 from orbitdb.text import printable
 

@@ -25,7 +25,7 @@ from orbitdb.cli.tui.help import KeysLine, purpose
 from orbitdb.cli.tui.panels.filter_bar import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import SHOWABLE
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 
 _BY = ("status", "p", "symmetry", "time_reversal")
 _LEAST_BINS, _MOST_BINS = 8, 40

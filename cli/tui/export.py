@@ -22,7 +22,7 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.output_files import FIGURES, FORMATS, TEXT_WRITERS, atomic_file
 from orbitdb.plots.registry import load_function
 from orbitdb.plots.svg import orbit_svg
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.text import format_float
 
 _WIDTH = 800

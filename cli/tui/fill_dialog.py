@@ -14,8 +14,9 @@ from textual.widgets import Button, Input, Label
 
 from orbitdb.cli.tui.dialogs import half_length
 from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
+from orbitdb.period_ranges import periods_to_make
 from orbitdb.progress import Tell, Work
-from orbitdb.store.selection import Selection, periods_to_make
+from orbitdb.selection import Selection
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.words import parse, primitive_root
 from orbitdb.text import format_float, several

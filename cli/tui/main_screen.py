@@ -28,7 +28,7 @@ from orbitdb.cli.tui.screens import OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import Kept, begun_periods, stamp_of
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE
 from orbitdb.symbols.words import least_rotation
 from orbitdb.text import format_float

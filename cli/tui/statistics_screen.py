@@ -21,7 +21,8 @@ from orbitdb.cli.tui.help import KeysLine, purpose
 from orbitdb.cli.tui.panels.canvas import Curve, Plot
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox, TopLine, in_shell
 from orbitdb.errors import InputError
-from orbitdb.store.selection import Selection, written_periods
+from orbitdb.period_ranges import written_periods
+from orbitdb.selection import Selection
 from orbitdb.text import concise, with_error
 from orbitdb.trajectories.ensemble import Reference, references
 

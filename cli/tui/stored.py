@@ -15,8 +15,8 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.errors import DeletedError, InputError, StoreError
 from orbitdb.output_files import atomic_file
+from orbitdb.selection import Selection
 from orbitdb.store.select import Words, row_key_of, row_keys_of, rows_at, rows_of
-from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation, parse_primitive
 
 _MOST_FILTERS = 50

@@ -20,7 +20,7 @@ from orbitdb.display import load
 from orbitdb.errors import InputError
 from orbitdb.orbits.status import Status
 from orbitdb.output_files import atomic_file
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.symbols.plane import symbol_plane
 from orbitdb.symbols.symmetry import members
 from orbitdb.text import as_options, format_float, shell_line

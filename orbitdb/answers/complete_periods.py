@@ -16,16 +16,17 @@ from orbitdb.averages.by_period import PeriodSums, every_period, faults_of, of_d
 from orbitdb.averages.sum_rules import SumRules, orbits_of_words, sum_rules
 from orbitdb.averages.tilting import TiltedOrbits
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.errors import SelectionError
 from orbitdb.open_stadium.openings import measure
 from orbitdb.open_stadium.patterns import patterns_of
 from orbitdb.open_stadium.rates import FAST
 from orbitdb.open_stadium.tails import tails
 from orbitdb.orbits.exponents import OrbitClasses, Tally
 from orbitdb.orbits.status import EXISTING, Status
+from orbitdb.selection import Selection
 from orbitdb.store.lookup import counts_at
 from orbitdb.store.periods import Sweep
 from orbitdb.store.select import WORDS, Words, arrays_of
-from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.sqlite import Connection
 from orbitdb.store.tables import readable
 from orbitdb.store.where import reads_codes

@@ -16,11 +16,12 @@ from orbitdb.orbits.least_values import (
     least_limit_of_lengths,
 )
 from orbitdb.orbits.status import EXISTING, Status
+from orbitdb.period_ranges import LEAST_PERIOD, written_periods
+from orbitdb.selection import Selection
 from orbitdb.store.conditions import asks_of_lives, parse_order
 from orbitdb.store.lookup import WITH_ORBITS, a_values, default_a
 from orbitdb.store.periods import Fill, Sweep, read_birth_fills, read_fills, read_pruned_fills, read_sweeps
 from orbitdb.store.select import count
-from orbitdb.store.selection import LEAST_PERIOD, Selection, written_periods
 from orbitdb.store.sqlite import DATABASE_ERRORS, Connection
 from orbitdb.store.where import check, codes_are_texts, reads_codes
 from orbitdb.symbols.enumeration import MAX_PERIOD

@@ -34,11 +34,11 @@ from orbitdb.open_stadium.escape import AT, RATES, Escape
 from orbitdb.output_files import atomic_folder, check_space, write_csv, write_parquet
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.weyl import Parity
+from orbitdb.selection import Selection
 from orbitdb.store.file import check_replaced
 from orbitdb.store.lookup import read_lives
 from orbitdb.store.periods import Fill, class_rows, runs
 from orbitdb.store.select import COORDINATES, Words, count, rows_of
-from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection
 from orbitdb.store.stored_values import best_reference, stored_escapes, stored_levels, tightest_bounds
 from orbitdb.text import format_float

@@ -26,7 +26,8 @@ from orbitdb.display import columns_of
 from orbitdb.entropy_bounds.bounds import BALLS, EntropyBounds, search
 from orbitdb.orbits.exponents import Tally
 from orbitdb.orbits.status import STORED, Status
-from orbitdb.store.selection import Selection, written_periods
+from orbitdb.period_ranges import written_periods
+from orbitdb.selection import Selection
 from orbitdb.store.sqlite import Connection
 from orbitdb.store.stored_values import tightest_bounds
 from orbitdb.text import format_float

@@ -27,7 +27,7 @@ from orbitdb.magnetic.along_kappa import follow_in_field
 from orbitdb.magnetic.field_status import IN_FIELD, FieldNumbers, FieldStatus, measure
 from orbitdb.orbits.admissible import solve_in_doubles
 from orbitdb.progress import Tell, nobody
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.symbols.plane import symbol_plane
 from orbitdb.symbols.symmetry import ODD, class_of, classify, encloses_nothing
 from orbitdb.symbols.words import (

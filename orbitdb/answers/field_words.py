@@ -8,12 +8,13 @@ import numpy as np
 
 from orbitdb.answers.completeness import Coverage
 from orbitdb.arrays import Indices, Words
-from orbitdb.errors import InputError, as_texts
+from orbitdb.errors import InputError, SelectionError, as_texts
 from orbitdb.orbits.orbit import pruned_word
 from orbitdb.orbits.status import Status
+from orbitdb.period_ranges import check_periods
+from orbitdb.selection import Selection
 from orbitdb.store.select import Words as Chosen
 from orbitdb.store.select import rows_of
-from orbitdb.store.selection import Selection, SelectionError, check_periods
 from orbitdb.store.sqlite import Connection
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible

@@ -10,10 +10,11 @@ from orbitdb.answers.completeness import Coverage
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Integers
 from orbitdb.columns import IN_CATALOGUE
+from orbitdb.criteria import unknown_column
 from orbitdb.display import columns_of
-from orbitdb.errors import check_int
+from orbitdb.errors import SelectionError, check_int
+from orbitdb.selection import Selection
 from orbitdb.store.select import WORDS, Words, arrays_of, counts_by
-from orbitdb.store.selection import Selection, SelectionError, unknown_column
 from orbitdb.store.sqlite import Connection
 
 _NAMES = ("a", "cycle", "representative", "code", "element", "area")

@@ -14,8 +14,8 @@ from orbitdb.errors import InputError, check_int, check_number
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.shadowing import shadows
 from orbitdb.orbits.status import Status
+from orbitdb.selection import Selection
 from orbitdb.store.lookup import orbits_of_length
-from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection
 from orbitdb.symbols.words import to_strings
 from orbitdb.text import format_float, several

@@ -10,9 +10,9 @@ from orbitdb.answers.completeness import periods_with_births
 from orbitdb.display import columns_of, data_frame, html_of
 from orbitdb.entropy_bounds.bounds import BALLS
 from orbitdb.open_stadium.escape import ways
+from orbitdb.period_ranges import written_periods
 from orbitdb.store.lookup import a_values
 from orbitdb.store.periods import read_fills, read_sweeps, room, schema_version, sqlite_version
-from orbitdb.store.selection import written_periods
 from orbitdb.store.sqlite import Connection, path_of
 from orbitdb.store.stored_values import bounds_by_a, level_windows, stored_escapes, trajectories
 from orbitdb.text import format_float, gigabytes, several

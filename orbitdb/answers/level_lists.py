@@ -30,8 +30,8 @@ from orbitdb.quantum.missing_levels import Assessment, assess, compare, without_
 from orbitdb.quantum.radius_fit import likely_grid_step, likely_scales, widest, without_grid
 from orbitdb.quantum.trace_formula import Terms, largest_amplitude, orbit_terms
 from orbitdb.quantum.weyl import Parity, as_levels, check_levels, k_ends, one_parity, parities_of, weyl
+from orbitdb.selection import Selection
 from orbitdb.store.lookup import WITH_ORBITS, a_values
-from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection
 from orbitdb.text import format_float, several
 

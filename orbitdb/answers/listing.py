@@ -14,12 +14,13 @@ from orbitdb import __version__
 from orbitdb.answers.completeness import Coverage, complete_length
 from orbitdb.answers.results import MOST_ROWS, Result
 from orbitdb.columns import Row
+from orbitdb.criteria import unknown_column
 from orbitdb.display import MOST_SHOWN, columns_of, data_frame, text_table
 from orbitdb.output_files import check_rows, write_file
+from orbitdb.selection import Selection
 from orbitdb.store.conditions import parse_order
 from orbitdb.store.file import read_whole
 from orbitdb.store.select import ROW_COLUMNS, Words, count, rows_of
-from orbitdb.store.selection import Selection, unknown_column
 from orbitdb.store.sqlite import Connection, path_of
 from orbitdb.text import format_float, several
 

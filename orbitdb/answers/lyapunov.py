@@ -38,7 +38,7 @@ from orbitdb.columns import Column
 from orbitdb.errors import InputError, check_number
 from orbitdb.orbits.least_values import least_exponent
 from orbitdb.progress import Tell, nobody
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.store.sqlite import Connection
 from orbitdb.store.stored_values import best_reference
 from orbitdb.symbols.pruning import count_admissible

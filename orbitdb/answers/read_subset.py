@@ -7,8 +7,8 @@ import numpy as np
 
 from orbitdb.answers.completeness import Coverage
 from orbitdb.answers.subset import ARRAY_FIELDS, Subset
+from orbitdb.selection import Selection
 from orbitdb.store.select import WORDS, Words, arrays_of, count
-from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection, path_of
 
 

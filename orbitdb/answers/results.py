@@ -22,8 +22,8 @@ from orbitdb.display import (
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
+from orbitdb.selection import Selection
 from orbitdb.store.lookup import Life
-from orbitdb.store.selection import Selection
 from orbitdb.text import format_float, shortened
 
 if TYPE_CHECKING:

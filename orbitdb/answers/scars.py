@@ -18,9 +18,9 @@ from orbitdb.orbits.status import Status
 from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.waves import scar_strengths
 from orbitdb.quantum.weyl import Parity, k_range, wavenumber, weyl
+from orbitdb.selection import Selection
 from orbitdb.store.lookup import find_words
 from orbitdb.store.select import Words, rows_of
-from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection
 from orbitdb.text import format_float, shortened
 

@@ -19,8 +19,8 @@ from orbitdb.quantum.exact_levels import LARGEST_A, LEAST_A, Levels, LevelWindow
 from orbitdb.quantum.levels_from_orbits import CUTOFFS, Staircase, levels_of, reliable_end, staircase
 from orbitdb.quantum.radius_fit import WIDEST
 from orbitdb.quantum.weyl import Parity, k_ends, parities_of, weyl
+from orbitdb.selection import Selection
 from orbitdb.store.periods import read_fills
-from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection
 from orbitdb.store.stored_values import stored_levels
 from orbitdb.text import format_float, several

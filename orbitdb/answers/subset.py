@@ -14,16 +14,16 @@ from orbitdb.arrays import Floats, Integers, Texts, Values
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.columns import WRITTEN, kind_of
 from orbitdb.display import MOST_SHOWN, Drawn, Table, load
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, SelectionError
 from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.orbit import Orbit, error_of_quotient, pruned_word
 from orbitdb.orbits.orbits import NUMBERS, finite
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.output_files import arrow_batch, arrow_schema
+from orbitdb.selection import Selection
 from orbitdb.store.file import reading
 from orbitdb.store.lookup import Lives, coordinates_of, find_or_solve, lives_of
 from orbitdb.store.select import COORDINATES, WORDS
-from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.sqlite import Connection
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.symmetry import AXIS, QUARTER_SIGNS, half_of

@@ -29,6 +29,7 @@ from orbitdb.orbits.orbit import Orbit, pruned_words
 from orbitdb.orbits.orbits import Orbits
 from orbitdb.orbits.relaxation import relax
 from orbitdb.orbits.status import Status
+from orbitdb.period_ranges import LEAST_PERIOD
 from orbitdb.progress import Tell, nobody
 from orbitdb.store import storing, tables
 from orbitdb.store.cursors import Cursor, OvertakenError, open_cursor
@@ -42,7 +43,6 @@ from orbitdb.store.periods import (
     status_counts,
     words_up_to,
 )
-from orbitdb.store.selection import LEAST_PERIOD
 from orbitdb.store.writer import Writer
 from orbitdb.symbols.enumeration import Span, all_least_words, class_spans, primitive_spans, primitive_words
 from orbitdb.symbols.pruning import FAMILY, RULES, count_admissible, count_pruned, rule_numbers, rules_broken

@@ -9,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 from orbitdb.arrays import Floats
 from orbitdb.plots.style import BLUE, ORANGE, SMALL, Picture, figure
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue

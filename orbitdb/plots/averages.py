@@ -15,9 +15,10 @@ from matplotlib.transforms import ScaledTranslation
 from orbitdb.answers.lyapunov import AVERAGES, EXPONENTS, Average
 from orbitdb.answers.results import Result
 from orbitdb.arrays import Floats, Integers
+from orbitdb.period_ranges import joined_spans
 from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.plots.style import BLUE, INK, INKS, ORANGE, PURPLE, Picture, figure
-from orbitdb.store.selection import Selection, joined_spans
+from orbitdb.selection import Selection
 from orbitdb.text import format_float
 
 if TYPE_CHECKING:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from orbitdb.answers.level_lists import levels_by_parity
 from orbitdb.billiard import USUAL_A
+from orbitdb.criteria import Criteria
 from orbitdb.errors import InputError, as_floats, as_texts, check_text
 from orbitdb.plots.registry import (
     FIGURES,
@@ -19,7 +20,7 @@ from orbitdb.plots.registry import (
 from orbitdb.plots.style import Picture, Size, entitle, short, sized
 from orbitdb.quantum.waves import nearest_wave
 from orbitdb.quantum.weyl import one_parity
-from orbitdb.store.selection import Criteria, Selection
+from orbitdb.selection import Selection
 from orbitdb.symbols.words import read_words
 from orbitdb.text import format_float
 

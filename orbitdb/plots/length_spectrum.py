@@ -9,7 +9,7 @@ from orbitdb.arrays import Floats
 from orbitdb.plots.staircase import of_parity
 from orbitdb.plots.style import BLUE, GREY, INK, ORANGE, SMALL, Picture, figure, short
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.text import format_float
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from orbitdb.orbits.least_values import least_limit_of_lengths
 from orbitdb.orbits.status import Status
 from orbitdb.plots.registry import gaps, nothing
 from orbitdb.plots.style import BLUE, GREY, INKS, ORANGE, Colours, Picture, figure
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.text import format_float
 
 if TYPE_CHECKING:

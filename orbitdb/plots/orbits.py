@@ -13,7 +13,7 @@ from orbitdb.orbits.status import EXISTING
 from orbitdb.plots import paths
 from orbitdb.plots.registry import EmptyFigureError, gaps, nothing
 from orbitdb.plots.style import BLUE, ORANGE, Picture, figure, inches_wide, short, wrapped
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:

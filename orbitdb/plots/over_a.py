@@ -22,7 +22,7 @@ from orbitdb.plots import paths
 from orbitdb.plots.averages import ENTROPY
 from orbitdb.plots.registry import EmptyFigureError
 from orbitdb.plots.style import BLUE, GREEN, GREY, ORANGE, PURPLE, SMALL, Picture, figure, short
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.text import format_float, outward
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.plots.orbits import with_paths
 from orbitdb.plots.registry import gaps, nothing
 from orbitdb.plots.style import BLUE, GREY, Colours, Picture, figure, inches_wide, short
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.text import format_float
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 from orbitdb.errors import InputError
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue

@@ -12,7 +12,7 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.plots.style import BLUE, GREEN, INK, ORANGE, Picture, figure
 from orbitdb.quantum.bouncing_balls import family_count
 from orbitdb.quantum.weyl import Parity, check_levels, weyl
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.text import format_float
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from orbitdb.quantum.level_statistics import (
     unfolded,
 )
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:

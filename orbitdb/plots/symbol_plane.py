@@ -18,7 +18,7 @@ from orbitdb.errors import InputError
 from orbitdb.orbits.status import Status
 from orbitdb.plots.registry import gaps, nothing
 from orbitdb.plots.style import BLUE, GREY, INK, INKS, NARROW, ORANGE, SMALL, Picture, figure, width_or
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.symbols.plane import PIECE
 from orbitdb.symbols.plane import symbol_plane as points_of
 from orbitdb.symbols.words import from_strings

@@ -9,10 +9,11 @@ from sqlalchemy import Boolean, ColumnElement, FromClause, func, select, type_co
 from sqlalchemy.sql.base import ReadOnlyColumnCollection
 
 from orbitdb.columns import WRITTEN
-from orbitdb.errors import check_text
+from orbitdb.criteria import unknown_column
+from orbitdb.errors import SelectionError, check_text
+from orbitdb.selection import Selection
 from orbitdb.store import tables as t
 from orbitdb.store.lookup import NEAR
-from orbitdb.store.selection import Selection, SelectionError, unknown_column
 from orbitdb.store.views import VIEWED
 from orbitdb.store.where import check, expression
 from orbitdb.symbols.symmetry import (

@@ -13,6 +13,7 @@ import sqlalchemy as sa
 from sqlalchemy import ColumnElement, Connection, FromClause, RowMapping, Table, func, insert, select
 
 from orbitdb.errors import DamagedError, InputError, NotStoredError, StoreError
+from orbitdb.period_ranges import written_periods
 from orbitdb.progress import Tell, nobody
 from orbitdb.store import tables as t
 from orbitdb.store.attached import PART, Attached, lacking, same
@@ -20,7 +21,6 @@ from orbitdb.store.file import migrate, reading
 from orbitdb.store.file_kind import need_newest
 from orbitdb.store.journal import refuse_foreign_journal
 from orbitdb.store.paths import file_id
-from orbitdb.store.selection import written_periods
 from orbitdb.store.writer import Writer
 from orbitdb.text import format_float, several
 

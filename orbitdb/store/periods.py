@@ -12,8 +12,8 @@ from sqlalchemy import ColumnElement, Connection, Table, distinct, func, select,
 from orbitdb.display import Record
 from orbitdb.errors import AlteredError
 from orbitdb.orbits.status import Status
+from orbitdb.period_ranges import written_periods
 from orbitdb.store import tables as t
-from orbitdb.store.selection import written_periods
 from orbitdb.store.tables import BORN, DIED, DONE, TALLIED
 from orbitdb.symbols.pruning import RULE_NUMBERS, count_admissible, count_primitive
 from orbitdb.symbols.words import key, keys_of_period

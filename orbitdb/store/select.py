@@ -16,13 +16,14 @@ from sqlalchemy import ColumnElement, FromClause, func, select
 
 from orbitdb.arrays import Integers
 from orbitdb.columns import kind_of
+from orbitdb.criteria import unknown_column
 from orbitdb.errors import DeletedError
 from orbitdb.orbits.status import Status
+from orbitdb.selection import Selection
 from orbitdb.store import tables as t
 from orbitdb.store import views
 from orbitdb.store.conditions import conditions_of, is_of_classes, parse_order
 from orbitdb.store.lookup import area_slopes_of, coordinates_of
-from orbitdb.store.selection import Selection, unknown_column
 from orbitdb.store.sqlite import cursor_of, driver_of, never
 from orbitdb.store.where import CancelledError, Patience, watched
 from orbitdb.symbols.symmetry import (

@@ -16,9 +16,10 @@ from typing import Any, NamedTuple
 from sqlalchemy import BindParameter, Connection, TextClause, bindparam, text
 
 from orbitdb.columns import EVERY
+from orbitdb.criteria import plain_values
+from orbitdb.errors import SelectionError
 from orbitdb.store import tables as t
 from orbitdb.store.file import open_empty
-from orbitdb.store.selection import SelectionError, plain_values
 from orbitdb.store.sqlite import (
     STEPS_BETWEEN_SIGNALS,
     Driver,

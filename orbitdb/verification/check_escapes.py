@@ -8,7 +8,7 @@ import numpy as np
 from orbitdb.open_stadium.escape import AT, Escape, ways
 from orbitdb.open_stadium.question import Question
 from orbitdb.open_stadium.transfer import GridLegs
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.store.stored_values import stored_escapes
 from orbitdb.text import format_float
 from orbitdb.verification.checks import Check, Part, Scope

@@ -8,7 +8,7 @@ import numpy as np
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.quantum.exact_levels import ROUNDING, level_tasks
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.store.stored_values import stored_levels
 from orbitdb.text import format_float
 from orbitdb.verification.checks import Check, Part, Scope

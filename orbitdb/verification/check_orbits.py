@@ -29,8 +29,8 @@ from orbitdb.orbits.error_bounds import direction_errors, enclosed_areas
 from orbitdb.orbits.newton import newton
 from orbitdb.orbits.orbits import Orbits
 from orbitdb.orbits.status import EXISTING, Status
+from orbitdb.selection import Selection
 from orbitdb.store.file import Store
-from orbitdb.store.selection import Selection
 from orbitdb.store.storing import replace_certificates
 from orbitdb.store.writer import Writer
 from orbitdb.symbols.symmetry import class_of, encloses_nothing

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from orbitdb.arrays import Floats, Integers, Marks
-from orbitdb.errors import AlteredError, DeletedError, WorkError
+from orbitdb.errors import AlteredError, DeletedError, SelectionError, WorkError
 from orbitdb.orbits.orbits import NUMBERS, Orbits
+from orbitdb.selection import Selection
 from orbitdb.store.file import reading
 from orbitdb.store.select import Words, arrays_of
-from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.sqlite import Connection
 from orbitdb.symbols.words import from_strings
 from orbitdb.text import shortened

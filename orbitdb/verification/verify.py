@@ -19,9 +19,9 @@ from orbitdb.display import data_frame
 from orbitdb.filling.workers import HERE, Workers, at_work
 from orbitdb.orbits.status import EXISTING
 from orbitdb.progress import Tell, nobody
+from orbitdb.selection import Selection
 from orbitdb.store.file import reading
 from orbitdb.store.paths import check_same_file, file_id
-from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import Connection, path_of
 from orbitdb.text import format_float, several
 from orbitdb.verification.check_births import births, check_births, lives

@@ -11,7 +11,7 @@ from orbitdb.answers.complete_periods import read_complete_periods, sum_rules_of
 from orbitdb.averages.exact_means import exact_means
 from orbitdb.averages.tilting import TiltedOrbits, tilt
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 
 HIGHEST = 9
 TRAJECTORIES = {0.5: 1.85931011, 1.0: 2.40989931, 1.6: 2.81181711, 3.0: 3.37908170, 6.0: 4.03309448}

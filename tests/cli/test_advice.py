@@ -14,8 +14,8 @@ from orbitdb import Catalogue
 from orbitdb.answers.completeness import Coverage, complete_length, describe_complete
 from orbitdb.cli.advice import completed, remember
 from orbitdb.orbits.least_values import least_exponent, least_length
+from orbitdb.selection import Selection
 from orbitdb.store.file import reading
-from orbitdb.store.selection import Selection
 
 FILL = "run 'orbitdb fill --p 9'"
 

@@ -13,7 +13,7 @@ from there import there
 
 from orbitdb import Catalogue, __version__
 from orbitdb import output_files as files
-from orbitdb.store.selection import SelectionError
+from orbitdb.errors import SelectionError
 
 
 @pytest.mark.slow

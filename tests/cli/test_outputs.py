@@ -25,8 +25,8 @@ from orbitdb.benchmarks import stress
 from orbitdb.benchmarks import work_precision as methods
 from orbitdb.entropy_bounds.bounds import search
 from orbitdb.filling.fill import fill_births
+from orbitdb.selection import Selection
 from orbitdb.store.file import reading
-from orbitdb.store.selection import Selection
 from orbitdb.store.storing import keep_reference
 from orbitdb.store.writer import Writer
 from orbitdb.trajectories.ensemble import Reference

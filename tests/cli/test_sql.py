@@ -10,7 +10,8 @@ import pytest
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.commands.query import EXAMPLES
 from orbitdb.columns import GROUPS, IN_CATALOGUE
-from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.errors import SelectionError
+from orbitdb.selection import Selection
 
 EVERY = [each for _, group in GROUPS for each in group]
 

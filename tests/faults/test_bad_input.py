@@ -15,7 +15,8 @@ from processes import run
 from quick import slow_but
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.errors import SelectionError
+from orbitdb.selection import Selection
 
 SELECTING = {
     "--a": bad.NUMBERS, "--p": bad.PERIODS, "--status": bad.TEXTS, "--time-reversal": bad.TEXTS,

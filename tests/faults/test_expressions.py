@@ -12,9 +12,10 @@ import pytest
 from processes import start, wait_until_ready
 
 from orbitdb.catalogue import Catalogue
+from orbitdb.errors import SelectionError
+from orbitdb.selection import Selection
 from orbitdb.store import where as asking
 from orbitdb.store.file import reading
-from orbitdb.store.selection import Selection, SelectionError
 
 ENDLESS = "WITH RECURSIVE n(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM n) SELECT count(*) FROM n"
 REFUSED = {

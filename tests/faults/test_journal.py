@@ -13,10 +13,10 @@ from quick import slow_but
 
 from orbitdb import Catalogue, StoreError
 from orbitdb.filling.fill import fill_periods
+from orbitdb.selection import Selection
 from orbitdb.store.deleting import delete
 from orbitdb.store.file import open_to_write, reading, upgrading
 from orbitdb.store.paths import journal_files
-from orbitdb.store.selection import Selection
 from orbitdb.store.tables import PAGE_SIZE
 from orbitdb.store.writer import Writer
 from orbitdb.verification.verify import verified

@@ -14,8 +14,8 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.errors import StoreError
 from orbitdb.filling.fill import fill_births, fill_geometric, fill_periods, fill_words
 from orbitdb.orbits.status import Status
+from orbitdb.selection import Selection
 from orbitdb.store.file import migrate
-from orbitdb.store.selection import Selection
 from orbitdb.symbols import pruning
 from orbitdb.symbols.pruning import count_admissible, count_primitive
 

@@ -23,11 +23,11 @@ from orbitdb.filling import sweeps
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.filling.workers import HERE, Processes, Workers
+from orbitdb.selection import Selection
 from orbitdb.store import tables
 from orbitdb.store.cursors import Cursor, sums_of_blocks
 from orbitdb.store.file import migrate, reading
 from orbitdb.store.periods import Sweep
-from orbitdb.store.selection import Selection
 from orbitdb.symbols.enumeration import class_spans
 
 PERIODS = range(2, 7)

@@ -20,7 +20,7 @@ from orbitdb.quantum.levels_from_orbits import CUTOFFS, reliable_end, staircase
 from orbitdb.quantum.missing_levels import assess, without_twins
 from orbitdb.quantum.trace_formula import orbit_terms
 from orbitdb.quantum.weyl import Parity, weyl
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from orbitdb.quantum.exact_levels import levels
 from orbitdb.quantum.length_spectrum import TERMS, of_family, of_levels, of_terms
 from orbitdb.quantum.trace_formula import largest_amplitude, orbit_terms
 from orbitdb.quantum.weyl import Parity
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.symbols.words import from_strings, least_rotation
 from orbitdb.text import upwards
 

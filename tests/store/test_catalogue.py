@@ -10,13 +10,13 @@ from quick import slow_but
 from there import there
 
 from orbitdb.catalogue import Catalogue
-from orbitdb.errors import StoreError
+from orbitdb.errors import SelectionError, StoreError
 from orbitdb.filling.estimate import SWEEP, Need, about, check_room, duration, need
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
+from orbitdb.selection import Selection
 from orbitdb.store.file import migrate, reading
 from orbitdb.store.periods import room
-from orbitdb.store.selection import Selection, SelectionError
 from orbitdb.store.tables import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION, TABLES
 from orbitdb.store.views import VIEWED as COLUMNS
 from orbitdb.store.where import bound_names

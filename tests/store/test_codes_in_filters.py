@@ -7,8 +7,9 @@ import pytest
 from there import there
 
 from orbitdb import Catalogue
+from orbitdb.errors import SelectionError
 from orbitdb.filling.fill import fill_words
-from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.selection import Selection
 from orbitdb.store.where import parse_parameters
 from orbitdb.symbols.pruning import rule_numbers, rules_broken, rules_of_pattern
 from orbitdb.symbols.symmetry import members

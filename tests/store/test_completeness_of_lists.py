@@ -16,9 +16,9 @@ from orbitdb.answers.completeness import Coverage
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_words
 from orbitdb.filling.sweeps import sweep_periods
+from orbitdb.selection import Selection
 from orbitdb.store.file import reading
 from orbitdb.store.periods import Fill
-from orbitdb.store.selection import Selection
 from orbitdb.symbols.pruning import count_admissible
 
 

@@ -13,7 +13,7 @@ from there import there
 
 from orbitdb import Catalogue, InputError, Stadium, solve_word
 from orbitdb.orbits.shadowing import shadows
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.symbols import symmetry
 from orbitdb.symbols.words import from_strings, least_rotation, to_strings
 from orbitdb.trajectories.trajectory import trace_start

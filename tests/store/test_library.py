@@ -19,9 +19,9 @@ from same import same
 from there import there
 
 from orbitdb import Catalogue, InputError, Status, solve_word
-from orbitdb.errors import StoreError
+from orbitdb.errors import SelectionError, StoreError
 from orbitdb.filling.fill import fill_words
-from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
 

@@ -19,10 +19,10 @@ from quick import slow_but
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.main import execute
+from orbitdb.selection import Selection
 from orbitdb.store import where as limits
 from orbitdb.store.file import reading
 from orbitdb.store.select import Words, count, rows_of
-from orbitdb.store.selection import Selection
 from orbitdb.store.sqlite import driver_of
 from orbitdb.store.views import VIEWED as COLUMNS
 from orbitdb.store.where import CancelledError

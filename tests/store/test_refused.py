@@ -10,10 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue, Stadium, solve_word
+from orbitdb.criteria import parse_bound, parse_bounds
 from orbitdb.display import load
-from orbitdb.errors import InputError
+from orbitdb.errors import InputError, SelectionError
 from orbitdb.orbits.solve import solve
-from orbitdb.store.selection import Selection, SelectionError, parse_bound, parse_bounds
+from orbitdb.selection import Selection
 from orbitdb.store.sqlite import plain_errors
 from orbitdb.store.where import check
 from orbitdb.symbols.words import from_strings

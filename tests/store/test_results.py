@@ -14,7 +14,7 @@ from orbitdb import Catalogue, InputError
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.entropy_bounds.bounds import search
 from orbitdb.filling.fill import fill_periods
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.symbols.words import SYMBOLS
 
 

@@ -16,8 +16,8 @@ from orbitdb.answers.completeness import Coverage
 from orbitdb.catalogue import Catalogue
 from orbitdb.filling import sweeps
 from orbitdb.filling.sweeps import sweep_periods
+from orbitdb.selection import Selection
 from orbitdb.store.file import reading
-from orbitdb.store.selection import Selection
 from orbitdb.store.tables import TABLES
 from orbitdb.verification.checks import Check
 from orbitdb.verification.verify import report, verify

@@ -21,7 +21,7 @@ from orbitdb.cli.advice import remember
 from orbitdb.cli.tui.app import BrowseApp
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.stored import Row
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 
 
 async def _handled(*_: float) -> None:

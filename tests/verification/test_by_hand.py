@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from contents import ask, checks
 
+from orbitdb.selection import Selection
 from orbitdb.store.file import reading
-from orbitdb.store.selection import Selection
 from orbitdb.verification.verify import verify
 
 pytestmark = pytest.mark.slow

@@ -8,7 +8,7 @@ from contents import alter, ask
 from quick import slow_but
 from reference import refine
 
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.verification.check_orbits import certify
 from orbitdb.verification.verify import report
 

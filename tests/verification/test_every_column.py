@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from alterations import middle_row
 
+from orbitdb.selection import Selection
 from orbitdb.store.file import reading
-from orbitdb.store.selection import Selection
 from orbitdb.verification.verify import verifiable, verify
 
 pytestmark = pytest.mark.slow

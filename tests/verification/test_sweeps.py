@@ -17,8 +17,8 @@ from orbitdb.filling.fill import fill_births, fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.orbits.births import JOINTS
 from orbitdb.orbits.solve import solve
+from orbitdb.selection import Selection
 from orbitdb.store.file import reading
-from orbitdb.store.selection import Selection
 from orbitdb.verification.check_births import births, check_births, lives, whole_births
 from orbitdb.verification.check_sweeps import check_sweeps
 from orbitdb.verification.checks import Check, Scope

@@ -14,8 +14,8 @@ from orbitdb.errors import StoreError
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.workers import Processes
 from orbitdb.orbits.status import Status
+from orbitdb.selection import Selection
 from orbitdb.store.file import migrate, reading
-from orbitdb.store.selection import Selection
 from orbitdb.verification.check_classes import classes
 from orbitdb.verification.checks import Check, Scope, blocks, checked_apart
 from orbitdb.verification.verify import PROMISES, orbits, verify

@@ -14,8 +14,9 @@ from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.dialogs import FilterDialog, LineDialog, ListDialog, MarksDialog, Names, half_length
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import USUAL, Kept, Ordering, begun_periods
+from orbitdb.errors import SelectionError
 from orbitdb.orbits.status import Status
-from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.selection import Selection
 from orbitdb.store.where import bound_names, check
 from orbitdb.text import as_options, format_float, printable, shell_line
 

@@ -29,7 +29,7 @@ from orbitdb.cli.tui.stored import (
 )
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import Status
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.symbols.symmetry import class_of
 from orbitdb.symbols.words import least_rotation
 

@@ -14,7 +14,7 @@ from orbitdb.cli.tui.colours import TEXT, contrast, readable, readable_variables
 from orbitdb.cli.tui.panels.canvas import Plot
 from orbitdb.cli.tui.panels.paged_table import PagedTable
 from orbitdb.cli.tui.screens import Dialog
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 
 THEMES = [name for name in BUILTIN_THEMES if not name.startswith("ansi")]
 INKS = ("one", "two", "three", "four", "five", "six")

@@ -7,7 +7,7 @@ from screens import LARGE, browsing, press, settle, shown, table_of
 
 from orbitdb.catalogue import Catalogue
 from orbitdb.filling.fill import fill_periods
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 
 
 @pytest.fixture

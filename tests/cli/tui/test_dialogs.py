@@ -12,7 +12,7 @@ from textual.widgets._toast import Toast
 from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.cli.tui.fill_dialog import FillRequest, FillState
 from orbitdb.cli.tui.help import PURPOSES, explained
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 
 pytestmark = pytest.mark.slow
 

@@ -19,7 +19,7 @@ from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics_screen import StatisticsScreen
 from orbitdb.cli.tui.stored import Kept, Ordering
 from orbitdb.orbits.solve import solve_word
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.store.sqlite import never
 
 

@@ -12,7 +12,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.fill_dialog import FillDialog
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.filling.estimate import need
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 
 
 def cost(app):

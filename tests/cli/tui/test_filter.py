@@ -7,7 +7,7 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.dialogs import LineDialog
 from orbitdb.cli.tui.stored import Ordering
 from orbitdb.orbits.status import Status
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.store.where import Patience
 
 

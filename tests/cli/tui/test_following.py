@@ -18,8 +18,8 @@ from orbitdb.cli.tui.panels.facts import FactsPanel, bar
 from orbitdb.cli.tui.panels.orbit_panel import change_between, next_a, next_change
 from orbitdb.filling.fill import fill_periods
 from orbitdb.orbits.solve import solve_word
+from orbitdb.selection import Selection
 from orbitdb.store.file import reading
-from orbitdb.store.selection import Selection
 from orbitdb.symbols.words import least_rotation
 
 BORN, DIED, REBORN = 0.386252501738, 0.473270308236, 0.605684335145

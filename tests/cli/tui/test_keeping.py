@@ -12,7 +12,7 @@ from orbitdb.cli.tui.panels import filter_bar
 from orbitdb.cli.tui.stored import SHOWABLE, USUAL, Kept, Ordering, State
 from orbitdb.columns import IN_CATALOGUE
 from orbitdb.orbits.status import Status
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.store.sqlite import never
 
 

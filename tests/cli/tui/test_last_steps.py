@@ -8,7 +8,7 @@ from screens import browsing, press, table_of, until
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.tui.fill_dialog import FillRequest, FillState
 from orbitdb.cli.tui.stored import Ordering
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 
 
 async def test_filters_marks_and_orders_change_the_rows_and_are_kept(own, tmp_path):

@@ -14,8 +14,8 @@ from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import number
 from orbitdb.cli.tui.panels.paged_table import PagedTable, width_of
 from orbitdb.cli.tui.stored import SHOWABLE, USUAL, Ordering, Pages
-from orbitdb.errors import StoreError
-from orbitdb.store.selection import Selection, SelectionError
+from orbitdb.errors import SelectionError, StoreError
+from orbitdb.selection import Selection
 from orbitdb.store.where import CancelledError
 
 NATURAL = Ordering()

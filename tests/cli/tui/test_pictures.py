@@ -25,7 +25,7 @@ from orbitdb.cli.tui.panels.drawing import (
 )
 from orbitdb.cli.tui.panels.facts import parts_of
 from orbitdb.orbits.solve import solve_word
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, MIRROR_Y, REVERSE, images_of, members
 from orbitdb.symbols.words import least_rotation
 from orbitdb.text import upwards

@@ -18,7 +18,7 @@ from orbitdb.cli.tui import statistics_screen as statistics
 from orbitdb.cli.tui.counts_screen import DRAWN, Count, CountsScreen
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.orbits.status import Status
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.store.sqlite import never
 from orbitdb.store.storing import keep_reference
 from orbitdb.store.writer import Writer

@@ -26,7 +26,7 @@ from orbitdb.cli.tui.stored import Ordering
 from orbitdb.errors import InputError
 from orbitdb.filling.fill import fill_periods, fill_words
 from orbitdb.orbits.status import Status
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.store.sqlite import never
 from orbitdb.symbols.words import parse, primitive_root
 

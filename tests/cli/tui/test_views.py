@@ -16,7 +16,7 @@ from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.panels.filter_bar import View, both, equals
 from orbitdb.cli.tui.stored import Ordering, known_columns
 from orbitdb.orbits.status import Status
-from orbitdb.store.selection import Selection
+from orbitdb.selection import Selection
 from orbitdb.symbols.symmetry import MIRROR_X, REVERSE, images_of
 from orbitdb.symbols.words import least_rotation
 

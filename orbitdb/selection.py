@@ -1,41 +1,32 @@
-"""`Selection`, a chosen subset of a catalogue, and how criteria, Python values or texts, become one.
-
-A value that cannot be read raises `SelectionError`; the message says how to write it.
-"""
+"""`Selection`, a chosen subset of the words of a catalogue, and its description in words."""
 
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from inspect import Parameter, Signature, signature
-from numbers import Integral, Real
-from typing import Any, TypeAlias, TypedDict, TypeVar, Unpack
+from typing import Any, Unpack
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError, check_text
+from orbitdb.criteria import (
+    MEASURES,
+    MOST_CODES,
+    OF_STATUS,
+    Bounds,
+    Criteria,
+    each_of,
+    pair_of,
+    parse_statuses,
+    parse_symmetry,
+    plain_values,
+)
+from orbitdb.errors import SelectionError
 from orbitdb.open_stadium.openings import Opening, parse_openings, spans_on
 from orbitdb.orbits.status import STORED, Status
-from orbitdb.symbols.enumeration import MAX_PERIOD
-from orbitdb.symbols.symmetry import NAMES, label, smallest_group
+from orbitdb.period_ranges import listed, parse_periods
 from orbitdb.symbols.words import least_rotation, parse, parse_primitive
-from orbitdb.text import format_float, guess, parse_int, printable, real, several, shortened
-
-MEASURES = (
-    "length", "quarter_length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies", "walls",
-)  # fmt: skip
-"""The columns that a selection can bound from below and above."""
-
-COUNTED = ("walls",)
-"""Those that are whole numbers: a single value stands for itself."""
-
-Bounds: TypeAlias = tuple[float | None, float | None]
-"""The least and the greatest value, both included; None if there is no limit."""
+from orbitdb.text import format_float, guess, printable, several, shortened
 
 _MOST_VALUES = 6
-
-
-class SelectionError(InputError):
-    """A part of the selection cannot be read; the message says how to write it."""
 
 
 @dataclass(frozen=True)
@@ -146,19 +137,19 @@ class Selection:
             raise SelectionError(f"{names}: parameters are for names in where, which is not given")
         if reversal not in (None, *REVERSALS):
             raise SelectionError(f"reversal {reversal!r}: use self or pair")
-        ranges = {name: _pair(name, given[name]) for name in MEASURES if name in given}
+        ranges = {name: pair_of(name, given[name]) for name in MEASURES if name in given}
         chosen = cls(
             a=Stadium(given.get("a", USUAL_A)).a,
             periods=parse_periods(listed(given["p"])) if "p" in given else (),
             statuses=parse_statuses(given.get("status", ())),
             time_reversal=reversal,
             symmetry=parse_symmetry(given["symmetry"]) if "symmetry" in given else None,
-            codes=_each(given, "code", _code, _MOST_CODES),
+            codes=each_of(given, "code", _code, MOST_CODES),
             contains=parse(given["contains"]) if "contains" in given else None,
-            without=_each(given, "without", parse),
+            without=each_of(given, "without", parse),
             opening=parse_openings(given.get("opening", ())),
-            exists=_each(given, "exists", _half_length),
-            not_at=_each(given, "not_at", _half_length),
+            exists=each_of(given, "exists", _half_length),
+            not_at=each_of(given, "not_at", _half_length),
             ranges={name: bounds for name, bounds in ranges.items() if bounds != (None, None)},
             where=where,
             parameters=parameters,
@@ -274,265 +265,6 @@ def _span(name: str, low: float | None, high: float | None) -> str:
     if high is None:
         return f"{name} >= {format_float(low)}"
     return f"{format_float(low)} <= {name} <= {format_float(high)}"
-
-
-LEAST_PERIOD = 2
-"""The smallest number of bounces that an orbit can have."""
-
-
-def written_periods(periods: Sequence[int]) -> str:
-    """Format periods as ranges, such as "period 4" or "periods 2-8, 11"."""
-    spans = joined_spans([(p, p) for p in periods])
-    ranges = (str(low) if low == high else f"{low}-{high}" for low, high in spans)
-    return f"period{'s' * (len(set(periods)) > 1)} {', '.join(ranges)}"
-
-
-def joined_spans(spans: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Sort ranges of periods, and join those that touch or overlap."""
-    joined: list[tuple[int, int]] = []
-    for low, high in sorted(spans):
-        if joined and low <= joined[-1][1] + 1:
-            joined[-1] = (joined[-1][0], max(high, joined[-1][1]))
-        else:
-            joined.append((low, high))
-    return joined
-
-
-def unknown_column(name: str, columns: Sequence[str]) -> SelectionError:
-    """Return the error for an unknown column; its message suggests a similar name."""
-    names = ", ".join(dict.fromkeys(columns))
-    return SelectionError(f"column {name!r}: {guess(str(name), columns)}the columns are {names}")
-
-
-# criteria
-
-
-class Criteria(TypedDict, total=False):
-    """Keyword arguments of `Selection.from_criteria`."""
-
-    a: float | Iterable[float] | str | None
-    p: int | str | Iterable[int] | None
-    status: Status | str | Iterable[Status | str] | None
-    time_reversal: str | None
-    symmetry: str | None
-    code: str | Iterable[str] | None
-    contains: str | None
-    without: str | Iterable[str] | None
-    opening: str | Opening | Iterable[str | Opening] | None
-    exists: float | Iterable[float]
-    not_at: float | Iterable[float]
-    where: str | None
-    parameters: Mapping[str, str | int | float] | None
-    length: Bounds | None
-    quarter_length: Bounds | None
-    lyapunov: Bounds | None
-    lambda_d: Bounds | None
-    lambda_c: Bounds | None
-    margin: Bounds | None
-    born: Bounds | None
-    dies: Bounds | None
-    walls: int | Bounds | None
-
-
-OF_STATUS = frozenset({"status", "rules", "born", "dies"})
-"""Columns that make a condition or a count mean words of every status."""
-
-_Value = TypeVar("_Value")
-_Method = TypeVar("_Method", bound=Callable[..., Any])
-
-
-def with_criteria(method: _Method) -> _Method:
-    """Decorate a method so that help and completion list all the criteria that ``**criteria`` stands for."""
-    *kept, _ = signature(method).parameters.values()
-    named = [
-        Parameter(name, Parameter.KEYWORD_ONLY, default=None, annotation=kind)
-        for name, kind in Criteria.__annotations__.items()
-    ]
-    method.__signature__ = Signature([*kept, *named])  # type: ignore[attr-defined]
-    return method
-
-
-def listed(value: object) -> str:
-    """Join values with commas; format a range so that `parse_periods` can read it."""
-    if isinstance(value, range) and value.step == 1 and len(value):
-        return f"{value[0]}-{value[-1]}"
-    if isinstance(value, str) or not isinstance(value, Iterable):
-        return str(value)
-    return ",".join(map(str, value))
-
-
-def _pair(name: str, bounds: object) -> Bounds:
-    """Return bounds, after checking that they are a pair of numbers or None in ascending order."""
-    alone = name in COUNTED and isinstance(bounds, Integral) and not isinstance(bounds, bool)
-    pair = (bounds, bounds) if alone else tuple(bounds) if isinstance(bounds, tuple | list) else ()
-    numbers = [bound for bound in pair if bound is not None]
-    if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
-        raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10); either can be None")
-    low, high = (None if bound is None else _plain_number(name, bound) for bound in pair)
-    if low is not None and high is not None and low > high:
-        raise SelectionError(f"{name} = {bounds!r:.40} runs backwards: give {(high, low)}")
-    return low, high
-
-
-def plain_values(parameters: Mapping[str, object]) -> dict[str, str | int | float]:
-    """Return values of names in SQL as texts and numbers that SQLite stores as such."""
-    if not isinstance(parameters, Mapping):
-        raise SelectionError(f"parameters = {parameters!r:.40}: give a dict of values for names in the SQL")
-    if odd := [name for name in parameters if not str(name).isidentifier()]:
-        raise SelectionError(f"parameters: {odd[0]!r:.40} is not a name such as :cut")
-    return {name: plain_value(name, value) for name, value in parameters.items()}
-
-
-def plain_value(name: str, value: object) -> str | int | float:
-    """Return a text or a number of any type as one that SQLite stores as such.
-
-    Raises `SelectionError`, which names the value, for anything else.
-    """
-    if isinstance(value, str):
-        return str(value)
-    if isinstance(value, Real):
-        return _plain_number(name, value)
-    raise SelectionError(f"{name} = {value!r:.40}: give a number or a text")
-
-
-def _plain_number(name: str, value: Real) -> int | float:
-    try:
-        whole = int(value) if isinstance(value, Integral) else None
-        return float(value) if whole is None or abs(whole) >= _LARGEST else whole
-    except OverflowError:
-        raise SelectionError(f"{name}: {value!r:.20}... is too large") from None
-
-
-_LARGEST = 2**63
-"""SQLite's whole numbers are less than this; larger ones become real numbers."""
-
-
-_PERIODS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
-_MOST_RANGES, _MOST_CODES = 100, 10_000
-
-
-def parse_periods(text: str) -> tuple[tuple[int, int], ...]:
-    """Read ranges of periods such as ``11``, ``2-8`` or ``2,3,5-7``."""
-    ranges = []
-    for part in text.split(","):
-        span = _PERIODS.fullmatch(part.strip())
-        if span is None:
-            raise SelectionError(f"periods {text!r}: write them as 11, 2-8 or 2,3,5-7")
-        low, high = int(span[1]), int(span[2] or span[1])
-        if low > high:
-            remedy = f"write {high}-{low}" if high >= LEAST_PERIOD else f"the least period is {LEAST_PERIOD}"
-            raise SelectionError(f"periods {part.strip()!r} run backwards: {remedy}")
-        ranges.append((low, high))
-    if len(ranges) > _MOST_RANGES:  # SQLite allows 1000 terms
-        raise SelectionError(f"periods: {len(ranges)} ranges, more than {_MOST_RANGES}; join some, as in 2-8")
-    return tuple(ranges)
-
-
-def check_periods(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
-    """Return the periods in the given ranges, ascending; raise `InputError` if one cannot be filled."""
-    periods: set[int] = set()
-    for low, high in spans:
-        if (least := min(low, high)) < LEAST_PERIOD:
-            raise InputError(f"period {least}: the least period is {LEAST_PERIOD}")
-        if (most := max(low, high)) > MAX_PERIOD:
-            raise InputError(f"period {most}: the highest period is {MAX_PERIOD}")
-        periods.update(range(low, high + 1))
-    return tuple(sorted(periods))
-
-
-def periods_to_make(p: int | str | Iterable[int]) -> tuple[int, ...]:
-    """Return the periods of which to make data, ascending.
-
-    A single number, which can be a text, means all periods up to it. Other texts, such as ``2,3,5-7``, and
-    iterables give exactly these periods.
-
-    Raises `InputError` if no period is given, or one of them cannot be filled.
-    """
-    text = listed(p)
-    several = not isinstance(p, str) and isinstance(p, Iterable)
-    if several or "-" in text[1:] or "," in text:
-        return check_periods(parse_periods(text))
-    try:
-        highest = parse_int(text)
-    except ValueError:
-        raise SelectionError(f"periods {text!r:.40}: write them as 11, 2-8 or 2,3,5-7") from None
-    return check_periods([(LEAST_PERIOD, highest)])
-
-
-def parse_bound(text: str) -> tuple[str, Bounds]:
-    """Read bounds on a measure such as ``length=3:10``, ``margin=:1e-4`` or ``lambda_c=0.4:``."""
-    name, _, span = (part.strip() for part in text.partition("="))
-    if name not in MEASURES:
-        raise SelectionError(f"range {text!r}: name one of {', '.join(MEASURES)}, as in length=3:10")
-    try:
-        ends = [span] * 2 if name in COUNTED and ":" not in span else span.split(":")
-        low, high = (real(end) if end.strip() else None for end in ends)
-        if (low, high) == (None, None) or low != low or high != high:
-            raise ValueError(text)
-    except ValueError:
-        raise SelectionError(f"range {text!r}: write it as {name}=3:10, {name}=3: or {name}=:10") from None
-    if low is not None and high is not None and low > high:
-        raise SelectionError(f"range {text!r} runs backwards: write {name}={high:g}:{low:g}")
-    return name, (low, high)
-
-
-def parse_bounds(texts: Iterable[str]) -> dict[str, Bounds]:
-    """Read bounds on measures; if there are several bounds on the same measure, they all apply."""
-    ranges: dict[str, Bounds] = {}
-    for name, bounds in map(parse_bound, texts):
-        low, high = zip(ranges.get(name, (None, None)), bounds, strict=True)
-        ranges[name] = (
-            max((bound for bound in low if bound is not None), default=None),
-            min((bound for bound in high if bound is not None), default=None),
-        )
-    return ranges
-
-
-def parse_symmetry(text: str) -> str:
-    """Read a symmetry label: elements in any order, such as ``x,T,xT``, or ``1`` for no symmetry."""
-    check_text("symmetry", text, "x,T,xT")
-    names = {part.strip() for part in text.split(",")}
-    if names == {"1"}:
-        return "1"
-    if not names <= set(NAMES[1:]):
-        raise SelectionError(f"symmetry {text!r}: use 1, or some of {', '.join(NAMES[1:])} with commas")
-    group = label(smallest_group(map(NAMES.index, names)))
-    if set(group.split(",")) != names:
-        raise SelectionError(
-            f"symmetry {text!r} is not a group: the smallest group that contains it is {group}"
-        )
-    return group
-
-
-def parse_statuses(value: Status | str | Iterable[Status | str]) -> tuple[Status, ...]:
-    """Read statuses, also as a text with commas; ``all`` or an empty list means every status."""
-    text = listed(value)
-    if isinstance(value, Collection) and not isinstance(value, str) and not value:
-        return ()
-    if text.strip() == "all":
-        return STORED
-    try:
-        statuses = tuple(dict.fromkeys(Status(part.strip()) for part in text.split(",")))
-    except ValueError:
-        allowed = ", ".join(STORED)
-        raise SelectionError(f"status {text!r}: use {allowed}, some of them with commas, or all") from None
-    if Status.FAMILY in statuses:
-        raise SelectionError(
-            f"status {text!r}: the bouncing-ball family is never stored: 'orbitdb query 02' describes it"
-        )
-    return statuses
-
-
-def _each(
-    given: Mapping[str, Any], name: str, read: Callable[[Any], _Value], most: int = _MOST_RANGES
-) -> tuple[_Value, ...]:
-    """Read one value or several of a criterion, and drop duplicates."""
-    values = given.get(name, ())
-    alone = isinstance(values, str) or not isinstance(values, Iterable)
-    found = tuple(dict.fromkeys(map(read, (values,) if alone else values)))
-    if len(found) > most:
-        raise SelectionError(f"{name}: {len(found)} values, more than {most}; give fewer")
-    return found
 
 
 def _code(word: str) -> str:
