@@ -31,7 +31,7 @@ def read_radius(text: str) -> Radius:
     return Radius(real(value), real(error) if given else None)
 
 
-Range = Annotated[
+RangeOfK = Annotated[
     str | None,
     typer.Option(
         metavar="LOW:HIGH",

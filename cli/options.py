@@ -381,7 +381,7 @@ class SelectionOptions:
         `usual` are the statuses to choose if none is named, where they are not those of `Selection`, and
         `code` the words given with --code.
         """
-        from orbitdb.criteria import parse_bounds
+        from orbitdb.criteria import parse_ranges
         from orbitdb.errors import SelectionError
         from orbitdb.store.where import parse_parameters
 
@@ -396,7 +396,7 @@ class SelectionOptions:
         given |= {} if status is None else {"status": status}
         given |= {} if code is None else {"code": list(code)}
         given |= {"parameters": parse_parameters(self.parameters or (), self.where or "")}
-        return given | parse_bounds(self.bounds or ())
+        return given | parse_ranges(self.bounds or ())
 
     def at(
         self, a: float, usual: Sequence[str] | None = None, code: Iterable[str] | None = None

@@ -23,7 +23,7 @@ MEASURES = (
 COUNTED = ("walls",)
 """Those that are whole numbers: a single value stands for itself."""
 
-Bounds: TypeAlias = tuple[float | None, float | None]
+Limits: TypeAlias = tuple[float | None, float | None]
 """The least and the greatest value, both included; None if there is no limit."""
 
 MOST_CODES = 10_000
@@ -46,15 +46,15 @@ class Criteria(TypedDict, total=False):
     not_at: float | Iterable[float]
     where: str | None
     parameters: Mapping[str, str | int | float] | None
-    length: Bounds | None
-    quarter_length: Bounds | None
-    lyapunov: Bounds | None
-    lambda_d: Bounds | None
-    lambda_c: Bounds | None
-    margin: Bounds | None
-    born: Bounds | None
-    dies: Bounds | None
-    walls: int | Bounds | None
+    length: Limits | None
+    quarter_length: Limits | None
+    lyapunov: Limits | None
+    lambda_d: Limits | None
+    lambda_c: Limits | None
+    margin: Limits | None
+    born: Limits | None
+    dies: Limits | None
+    walls: int | Limits | None
 
 
 OF_STATUS = frozenset({"status", "rules", "born", "dies"})
@@ -75,7 +75,7 @@ def with_criteria(method: _Method) -> _Method:
     return method
 
 
-def pair_of(name: str, bounds: object) -> Bounds:
+def pair_of(name: str, bounds: object) -> Limits:
     """Return bounds, after checking that they are a pair of numbers or None in ascending order."""
     alone = name in COUNTED and isinstance(bounds, Integral) and not isinstance(bounds, bool)
     pair = (bounds, bounds) if alone else tuple(bounds) if isinstance(bounds, tuple | list) else ()
@@ -121,7 +121,7 @@ _LARGEST = 2**63
 """SQLite's whole numbers are less than this; larger ones become real numbers."""
 
 
-def parse_bound(text: str) -> tuple[str, Bounds]:
+def parse_range(text: str) -> tuple[str, Limits]:
     """Read bounds on a measure such as ``length=3:10``, ``margin=:1e-4`` or ``lambda_c=0.4:``."""
     name, _, span = (part.strip() for part in text.partition("="))
     if name not in MEASURES:
@@ -138,10 +138,10 @@ def parse_bound(text: str) -> tuple[str, Bounds]:
     return name, (low, high)
 
 
-def parse_bounds(texts: Iterable[str]) -> dict[str, Bounds]:
+def parse_ranges(texts: Iterable[str]) -> dict[str, Limits]:
     """Read bounds on measures; if there are several bounds on the same measure, they all apply."""
-    ranges: dict[str, Bounds] = {}
-    for name, bounds in map(parse_bound, texts):
+    ranges: dict[str, Limits] = {}
+    for name, bounds in map(parse_range, texts):
         low, high = zip(ranges.get(name, (None, None)), bounds, strict=True)
         ranges[name] = (
             max((bound for bound in low if bound is not None), default=None),

@@ -11,8 +11,8 @@ from orbitdb.criteria import (
     MEASURES,
     MOST_CODES,
     OF_STATUS,
-    Bounds,
     Criteria,
+    Limits,
     each_of,
     pair_of,
     parse_statuses,
@@ -78,7 +78,7 @@ class Selection:
     opening: tuple[Opening, ...] = ()
     exists: tuple[float, ...] = ()
     not_at: tuple[float, ...] = ()
-    ranges: Mapping[str, Bounds] = field(default_factory=dict, hash=False)
+    ranges: Mapping[str, Limits] = field(default_factory=dict, hash=False)
     where: str | None = None
     parameters: Mapping[str, str | int | float] = field(default_factory=dict, hash=False)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.given_levels import Parities, Range, read_k
+from orbitdb.cli.given_levels import Parities, RangeOfK, read_k
 from orbitdb.cli.output import Output, note, notes, progress
 from orbitdb.cli.snapshots import given_a, snapshot_at, storable
 from orbitdb.errors import InputError
@@ -28,7 +28,7 @@ COLUMNS = ("k", "error", "parity")
 def levels(
     *,
     context: typer.Context,
-    k: Range = None,
+    k: RangeOfK = None,
     method: Annotated[
         str, typer.Option(help="elements (spectral elements), or orbits (from stored orbits, less precise).")
     ] = "elements",

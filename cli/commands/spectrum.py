@@ -84,9 +84,9 @@ def spectrum(
     elif peaks:
         output.write(PEAKS, result.peaks())
     else:
-        from orbitdb.quantum.length_spectrum import COLUMNS
+        from orbitdb.quantum.length_spectrum import SPECTRUM_COLUMNS
 
-        output.write(COLUMNS, result.rows())
+        output.write(SPECTRUM_COLUMNS, result.rows())
     notes([*result.notes(terms), *result.judged])
 
 

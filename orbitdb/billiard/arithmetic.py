@@ -17,7 +17,7 @@ from importlib.metadata import version
 
 from orbitdb.errors import WorkError
 
-BOUNDS = 3
+FORMULAS = 3
 """Version of the formulas that decide the bits of stored numbers; raise it if one of them changes."""
 
 EPSILON = sys.float_info.epsilon
@@ -102,7 +102,7 @@ def arithmetic() -> str:
     libraries = " ".join(f"{name} {version(name)}" for name in ("numpy", "scipy", "python-flint"))
     library = " ".join(part for part in platform.libc_ver() if part)
     machine = f"{platform.system()} {platform.machine()} {' '.join(vectors)}"
-    return f"bounds {BOUNDS}, {libraries}, {machine}, {library}"
+    return f"bounds {FORMULAS}, {libraries}, {machine}, {library}"
 
 
 @cache

@@ -312,7 +312,7 @@ def fill_words(
         if len(new) > len(family):
             classes = map(class_of, (word for word in new if word not in pruned))
             solved = [*_solved({each.representative: each for each in classes}.values(), a, method)]
-            with writer.writing() as connection:
+            with writer.transaction() as connection:
                 _store_pruned(connection, pruned.values())
                 stadium = writer.stadium_id(connection, a) if solved else 0
                 for of_period, orbits in solved:

@@ -80,7 +80,7 @@ def resume(work: PeriodJob, periods: Iterable[int], workers: Workers) -> Generat
     """
     periods = sorted(set(periods))
     while True:
-        with work.writer.writing() as connection:
+        with work.writer.transaction() as connection:
             cursors = {p: work.open(connection, p) for p in periods}
         missing = {p: cursor for p, cursor in cursors.items() if not cursor.done}
         if not missing:
@@ -96,7 +96,7 @@ def _blocks(work: PeriodJob, cursors: dict[int, Cursor], workers: Workers) -> Ge
     for part in workers.solved(blocks):
         before, clock = clock, time.monotonic()
         p = part.span.p
-        with work.writer.writing() as connection:
+        with work.writer.transaction() as connection:
             hold(connection, cursors[p])
             spent = work.store(connection, cursors[p], part) | {"seconds": clock - before}
             cursors[p] = move(connection, cursors[p], part.span, spent)
@@ -113,7 +113,7 @@ def _close(work: PeriodJob, cursor: Cursor) -> None:
         raise StoreError(
             f"period {cursor.p} has {words} words instead of {total}: {work.writer.path} is damaged"
         )
-    with work.writer.writing() as connection:
+    with work.writer.transaction() as connection:
         hold(connection, cursor)
         final = {**values, **work.closing(connection, cursor), "state": DONE}
         keep(connection, cursor, final)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import pandas
 
 
-COLUMNS = ("length", "quantum_re", "quantum_im", "orbits_re", "orbits_im")
+SPECTRUM_COLUMNS = ("length", "quantum_re", "quantum_im", "orbits_re", "orbits_im")
 TERMS = (
     "code", "p", "repetition", "length", "lyapunov", "index", "sign", "amplitude_re", "amplitude_im",
 )  # fmt: skip
@@ -154,14 +154,14 @@ class Spectrum(Drawn):
         return [*said, f"{ends}; |quantum - orbits| / |quantum| = {self.misfit:.3f}"]
 
     def rows(self) -> list[tuple[float | None, ...]]:
-        """Return one row for each length, with the values of `COLUMNS`."""
+        """Return one row for each length, with the values of `SPECTRUM_COLUMNS`."""
         nothing = [None] * len(self.length)
         quantum = (nothing, nothing) if self.quantum is None else _parts(self.quantum)
         return list(zip(self.length.tolist(), *quantum, *_parts(self.orbits), strict=True))
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return the rows as a pandas data frame (extra ``pandas``)."""
-        return data_frame(self.rows(), COLUMNS)
+        return data_frame(self.rows(), SPECTRUM_COLUMNS)
 
     _FIGURES = ("spectrum",)
 

@@ -37,7 +37,7 @@ def delete(
     # without SQLite's checks of references, which would search all orbits for each deleted class
     with (
         closing(Writer(path, {"command": "delete"}, references=False)) as writer,
-        writer.writing() as connection,
+        writer.transaction() as connection,
     ):
         stored = contents(connection, a, spans)
         if only is not None and stored != only:

@@ -107,7 +107,7 @@ def merge(writer: Writer, path: Path, chosen: Choice = EVERYTHING) -> list[Merge
     if own is not None and own.is_same(writer.file):
         raise InputError(f"{path} is the catalogue itself: name other files")
     try:
-        with writer.attached(path), writer.writing() as connection:
+        with writer.attached(path), writer.transaction() as connection:
             added = _Merge(connection, path, chosen).run()
             if not added:
                 raise _NothingNewError

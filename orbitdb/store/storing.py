@@ -1,4 +1,4 @@
-"""`Writer`, a catalogue open for writing; functions that store certificates, bounds, averages and levels."""
+"""Store classes, orbits, births, certificates, and results such as bounds, averages and levels."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
@@ -60,7 +60,7 @@ def replace_certificates(
 def keep_reference(writer: Writer, reference: "Reference") -> None:
     """Store averages over random trajectories, unless the same ones are stored."""
     values = asdict(reference) | {"seed": str(reference.seed)}
-    with writer.writing() as connection:
+    with writer.transaction() as connection:
         values["stadium"] = writer.stadium_id(connection, values.pop("a"))
         _keep_new(writer, connection, t.trajectory, values)  # the same seed gives the same averages
 
@@ -74,7 +74,7 @@ def keep_bounds(writer: Writer, bounds: "EntropyBounds", computed: str | None = 
         name: getattr(bounds, name) for name in ("a", "edges", "lower", "upper", "windows", "undecided")
     }
     values["proof"] = bounds.arithmetic
-    with writer.writing() as connection:
+    with writer.transaction() as connection:
         return _keep_new(writer, connection, t.entropy_bound, values, computed)
 
 
@@ -85,7 +85,7 @@ def keep_escape(writer: Writer, found: "Escape") -> None:
     values |= {name: " ".join(map(str, getattr(found, name))) for name in ("opening", "without")}
     arrays = [part for by in (found.bounce, found.time, found.leg) for part in (by.survival, by.error)]
     values["survival"] = np.concatenate(arrays).astype("<f8").tobytes()
-    with writer.writing() as connection:
+    with writer.transaction() as connection:
         _keep_new(writer, connection, t.open_stadium, values)
 
 
@@ -108,7 +108,7 @@ def keep_levels(writer: Writer, levels: "LevelWindow") -> bool:
     """Store the levels of a window, without ranges that are stored already; return whether any were new."""
     own, fill = {"a": levels.a, "parity": str(levels.parity)}, t.level_fill.c
     query = select(fill.low, fill.high).where(fill.a == own["a"], fill.parity == own["parity"])
-    with writer.writing() as connection:
+    with writer.transaction() as connection:
         stored = connection.execute(query.order_by(fill.low))  # by another process since this one began, too
         parts = [*levels.without(stored)]
         for part in parts:

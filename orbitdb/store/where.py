@@ -60,7 +60,8 @@ _OF_CODES = {"code", "codes", "representative", "word", "words", "contains"}
 _STOPPED = (sqlite3.SQLITE_INTERRUPT, sqlite3.SQLITE_AUTH)
 _FAILED = ("user-defined function raised exception", "not authorized")
 """Codes of SQLite's errors if a function of Python fails or refuses to go on, and what the messages of those
-without such a code begin with."""
+without such a code begin with. Python raises a signal before the first line of the function that SQLite
+calls, so no function can keep it."""
 
 
 class CancelledError(Exception):

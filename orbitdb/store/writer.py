@@ -47,7 +47,7 @@ class Writer:
         return self._drivers[0]
 
     @contextmanager
-    def writing(self) -> Iterator[Connection]:
+    def transaction(self) -> Iterator[Connection]:
         """Yield a connection that has the write lock, in a single transaction.
 
         Raises
@@ -58,7 +58,7 @@ class Writer:
         noted = dict(self._run_ids)
         try:
             with plain_errors(self.path):
-                with self._transaction() as connection:
+                with self._counted() as connection:
                     yield connection
                 checkpoint(self._engine, self._drivers[-1], JOURNAL_LIMIT)
         except BaseException as error:
@@ -67,7 +67,7 @@ class Writer:
             raise
 
     @contextmanager
-    def _transaction(self) -> Iterator[Connection]:
+    def _counted(self) -> Iterator[Connection]:
         """Yield a connection in a transaction, which counts if it changes anything."""
         self._check_file()
         with self._engine.begin() as connection:
@@ -100,7 +100,7 @@ class Writer:
 
     def try_to_write(self) -> None:
         """Check that the file is writable without writing to it; raise `StoreError` if not."""
-        with self.writing() as connection:
+        with self.transaction() as connection:
             connection.execute(sa.delete(t.run).where(sa.false()))
 
     def close(self) -> None:

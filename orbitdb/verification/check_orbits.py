@@ -342,7 +342,7 @@ def certify(path: Path, selection: Selection, sample: int | None = None, seed: i
             check, proved, radii, precisions = prove(with_bounds(stored, stadium), stadium)
             rows = zip(ids.tolist(), runs, radii, precisions, strict=True)
             entries = [row for row, is_proved in zip(rows, proved, strict=True) if is_proved]
-            with writer.writing() as connection:
+            with writer.transaction() as connection:
                 replace_certificates(writer, connection, number, block.ids.tolist(), entries, __version__)
             stage = f"proofs {place}, p = {block.p}"
             yield Checked(stage, block.done, block.total, (check.at(place),))

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from orbitdb import Catalogue, levels
-from orbitdb.quantum.length_spectrum import COLUMNS as OF_SPECTRUM
+from orbitdb.quantum.length_spectrum import SPECTRUM_COLUMNS as OF_SPECTRUM
 
 SIGNED = ("code", "area", "margin", "born", "walls")
 

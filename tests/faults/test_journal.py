@@ -37,7 +37,7 @@ def write(path, times=1, a=2.5, run=True):
     """Store a stadium in each of several transactions of the same run, or of none, as for a deletion."""
     with closing(Writer(path, {"command": "test"})) as writer:
         for n in range(times):
-            with writer.writing() as connection:
+            with writer.transaction() as connection:
                 if run:
                     writer.run_id(connection)
                 writer.stadium_id(connection, a + n)

@@ -62,11 +62,11 @@ plain.close()
 def test_checking_a_file_releases_no_lock(filled):
     """Otherwise another process could close the file as if it were the last, and remove the journal."""
     writer = Writer(filled, {})
-    with writer.writing() as connection:
+    with writer.transaction() as connection:
         writer.stadium_id(connection, 1.0)
     assert check_file(filled) == SCHEMA_VERSION
     assert run(filled, command=[sys.executable, "-P", "-c", _WRITE]).returncode == 0
-    with writer.writing() as connection:
+    with writer.transaction() as connection:
         writer.stadium_id(connection, 3.0)
     assert Catalogue(filled).a_values() == [1.0, 1.6, 2.5, 3.0]
     writer.close()
@@ -74,10 +74,10 @@ def test_checking_a_file_releases_no_lock(filled):
 
 def test_a_run_that_was_rolled_back_is_stored_again(filled):
     writer = Writer(filled, {})
-    with suppress(OvertakenError), writer.writing() as connection:
+    with suppress(OvertakenError), writer.transaction() as connection:
         writer.run_id(connection)
         raise OvertakenError
-    with writer.writing() as connection:
+    with writer.transaction() as connection:
         number = writer.run_id(connection)
     writer.close()
     assert ask(filled, f"SELECT count(*) FROM run WHERE id = {number}") == [(1,)]
@@ -106,7 +106,7 @@ def test_changing_the_journal_mode_waits_for_a_lock(filled, monkeypatch):
         monkeypatch.setattr(sqlite, "time", SimpleNamespace(monotonic=time.monotonic, sleep=sleep))
         monkeypatch.setattr(sqlite, "BUSY_TIMEOUT", 0.5)
         writer = Writer(filled, {"command": "test"})
-        with writer.writing() as connection:
+        with writer.transaction() as connection:
             assert connection.exec_driver_sql("PRAGMA journal_mode").scalar() == "wal"
         writer.close()
     assert len(waits) == 1

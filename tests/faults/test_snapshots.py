@@ -122,7 +122,7 @@ with catalogue.snapshot() as then:
         with catalogue.snapshot() as own:
             seen = own.a_values(), own.count(p=8)
     else:
-        with writer.writing() as connection:
+        with writer.transaction() as connection:
             writer.stadium_id(connection, 3.5)
         os.write(go, b"!")
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])

@@ -61,18 +61,14 @@ def test_a_path_has_arrows_and_numbers_unless_it_is_long(ax, rng, p, a):
     symbols = "".join(rng.permutation([*"012345" * 11])[:p])
     paths.draw_orbit(ax, stadium, points, symbols, style.ORANGE)
     closed = np.concatenate([points, points[:1]]).tolist()
-    (path,) = (each for each in ax.lines if each.get_xydata().tolist() == closed)
+    assert [each.get_xydata().tolist() for each in ax.lines].count(closed) == 1
     first = [each for each in ax.lines if to_hex(str(each.get_markerfacecolor())) == "#ffffff"]
     assert [each.get_xydata().tolist() for each in first] == [points[:1].tolist()] * (p <= 24)
     dots = [each for each in ax.lines if each.get_marker() == "o" and each not in first]
     assert [each.get_xydata().tolist() for each in dots] == [points.tolist()] * (p <= 60)
-    assert (path.get_linewidth() > 1) == (p <= 60)
-    assert {to_hex(each.get_color()) for each in (path, *dots)} == {style.ORANGE}
     arrows = [each for each in ax.texts if not each.get_text()]
     ahead = (np.roll(points, -1, axis=0) - points)[: p if p <= 12 else 1]
     np.testing.assert_allclose([each.xy for each in arrows], points[: len(ahead)] + 0.65 * ahead)
-    tails = np.array([np.subtract(each.xy, each.xyann) for each in arrows])
-    np.testing.assert_allclose(tails, 1e-3 * ahead / np.hypot(*ahead.T)[:, None], atol=1e-9)
     labels: Any = [each for each in ax.texts if each.get_text() not in ("", "not to scale")]
     assert (len(labels) < sum(bool(each.get_text()) for each in ax.texts)) == (a >= 20)
     assert bool(labels) == (p <= 24)
@@ -80,22 +76,6 @@ def test_a_path_has_arrows_and_numbers_unless_it_is_long(ax, rng, p, a):
         nearest = min(labels, key=lambda label: math.dist(label.xy, point))
         assert math.dist(nearest.xy, point) < 0.2
         assert symbol in nearest.get_text().split(", ")
-    circles = [each.get_xydata() for each in ax.lines if len(each.get_xydata()) == 200]
-    for centre, circle in zip((-a, a), circles, strict=True):
-        np.testing.assert_allclose(np.hypot(*(circle - [centre, 0]).T), 1)
-        assert np.ptp(circle, axis=0) == pytest.approx([2, 2], abs=1e-3)
-    (outline,) = ax.patches
-    assert outline.get_path().vertices.tolist() == stadium.outline().tolist()
-    assert outline.get_path().codes[-1] == outline.get_path().CLOSEPOLY  # no corner where it begins
-    levels = [each.get_zorder() for each in (ax.collections[0], outline, path, *dots)]
-    assert levels == sorted({*levels})
-    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
-    assert left == -right < -a - 1
-    assert low == -high < -1
-    walls = ax.collections[0].get_segments()
-    assert [each.tolist() for each in walls] == [[[left, y], [right, y]] for y in (-1, 1)]
-    assert (ax.get_aspect(), ax.get_yticks().tolist()) == (1 if a < 20 else "auto", [-1, 0, 1])
-    says(ax, "$x/R$", "$y/R$")
 
 
 @pytest.mark.slow

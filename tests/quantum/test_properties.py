@@ -15,7 +15,7 @@ from orbitdb import InputError, Stadium, levels, weyl_number
 from orbitdb.quantum.bouncing_balls import family, family_count, family_terms
 from orbitdb.quantum.elements import grid, nodes, quarter_disc, quarter_stadium
 from orbitdb.quantum.exact_levels import LevelTask, LevelWindow, level_tasks, ranges_not_stored
-from orbitdb.quantum.length_spectrum import COLUMNS, Spectrum, of_terms, peak_of_each
+from orbitdb.quantum.length_spectrum import SPECTRUM_COLUMNS, Spectrum, of_terms, peak_of_each
 from orbitdb.quantum.trace_formula import Terms
 from orbitdb.quantum.weyl import Parity, check_levels, wavenumber, weyl
 
@@ -226,7 +226,7 @@ def test_peaks_are_all_maxima_with_their_strongest_terms(terms, levelled):
     values = found.rows()[3]
     parts = (orbits[3].real, orbits[3].imag)
     assert values == pytest.approx((x[3], *(0.9 * np.array(parts) if levelled else (None, None)), *parts))
-    assert [name for name, value in zip(COLUMNS, values, strict=True) if value is None] == (
+    assert [name for name, value in zip(SPECTRUM_COLUMNS, values, strict=True) if value is None] == (
         [] if levelled else ["quantum_re", "quantum_im"]
     )
 

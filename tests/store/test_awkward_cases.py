@@ -286,7 +286,7 @@ def test_proofs_of_orbits_that_are_gone_or_replaced_are_not_stored(awkward):
     )
     alter(awkward, f"UPDATE orbit SET run = {old + 1} WHERE stadium = 2 AND cycle = {other}")
     proved = [(cycle, by, 1e-9, 128) for cycle, by in ((kept, run), (other, old), (*gone, run))]
-    with closing(Writer(awkward, {"command": "verify"})) as writer, writer.writing() as connection:
+    with closing(Writer(awkward, {"command": "verify"})) as writer, writer.transaction() as connection:
         replace_certificates(writer, connection, 2, [kept, other, *gone], proved, "1")
     after = whole(awkward)["certificate"]
     assert [row[:4] for row in after if row not in before["certificate"]] == [(2, kept, 1e-9, 128)]

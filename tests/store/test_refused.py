@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from orbitdb import Catalogue, Stadium, solve_word
-from orbitdb.criteria import parse_bound, parse_bounds
+from orbitdb.criteria import parse_range, parse_ranges
 from orbitdb.display import load
 from orbitdb.errors import InputError, SelectionError
 from orbitdb.orbits.solve import solve
@@ -91,7 +91,7 @@ def test_the_tightest_of_several_bounds_apply(ends):
         texts = [
             f"length={'' if least is None else least}:{'' if most is None else most}" for least, most in order
         ]
-        assert parse_bounds(texts) == {"length": (low, high)}
+        assert parse_ranges(texts) == {"length": (low, high)}
 
 
 def test_more_ranges_of_periods_than_sqlite_can_compare_are_refused(catalogue):
@@ -103,7 +103,7 @@ def test_more_ranges_of_periods_than_sqlite_can_compare_are_refused(catalogue):
 @pytest.mark.parametrize("text", ["length=:", "length=3", "length=nan:", "length=:x"])
 def test_a_range_needs_a_numeric_bound(text):
     with pytest.raises(SelectionError, match="write it as length=3:10, length=3: or length=:10"):
-        parse_bound(text)
+        parse_range(text)
 
 
 def test_an_unterminated_string_is_quoted_as_typed():

@@ -43,14 +43,14 @@ from orbitdb.store.writer import Writer
 for name in fill.METHODS:
     fill.METHODS[name] = fill.Method(fill.METHODS[name].solve, 64)
 fill.BIRTHS_BLOCK, sweeps.CLASSES, sweeps.SMALL = 64, 64, 1
-plain, begun = Writer.writing, 0
-def writing(self):
+plain, begun = Writer.transaction, 0
+def transaction(self):
     global begun
     begun += 1
     if begun == {before}:
         os.kill(os.getpid(), signal.SIGSTOP)
     return plain(self)
-Writer.writing = writing
+Writer.transaction = transaction
 run()
 """
 
