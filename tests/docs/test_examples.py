@@ -21,6 +21,8 @@ LONG = dict.fromkeys(
         "card-spectrum.svg",
         "deviations.svg",
         "entropy-over-a.svg",
+        "escape.svg",
+        "husimi.svg",
         "rigidity.svg",
         "spacings.svg",
         "spectrum.svg",

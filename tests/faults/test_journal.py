@@ -339,7 +339,7 @@ def test_an_upgrade_of_a_replaced_file_is_an_error_and_leaves_no_journal(filled,
 def test_no_command_writes_to_a_file_that_replaced_its_own(tmp_path, command):
     path, good = (tmp_path / name for name in ("rep.db", "good.db"))
     for each in (path, good):
-        assert run("fill", "--p", "11" if command == "verify" else "3", "--db", each).returncode == 0
+        Catalogue.create(each).fill(11 if command == "verify" else 3, a=1.6)
     content = good.read_bytes()
     process = start(*COMMANDS[command], "--db", str(path), command=pausing(3))
     wait_until_paused(process)

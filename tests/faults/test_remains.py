@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from processes import Going, kill_group, run, start
+from processes import Going, kill_group, start
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")]
 
@@ -49,9 +49,11 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, where all exports write."""
     own = tmp_path / "here"
     own.mkdir()
+    monkeypatch.chdir(own)
     return own
 
 
@@ -65,16 +67,18 @@ def folder(tmp_path: Path) -> Path:
     ],
 )
 @pytest.mark.parametrize("name", ["SIGKILL", "SIGTERM"])
-def test_the_next_export_clears_what_a_killed_one_left(varied, folder, arguments, step, ending, kept, name):
-    others = [".rows.csv.note.part", ".data.1x.old", f".rows.csv.{os.getpid()}.part"]
+def test_the_next_export_clears_what_a_killed_one_left(
+    cli, varied, folder, arguments, step, ending, kept, name
+):
+    others = [".rows.csv.note.part", ".data.1x.old", f".rows.csv.{os.getppid()}.part"]
     for other in others:
         (folder / other).write_text("another's")
-    assert run(*arguments, "--db", varied, cwd=folder).returncode == 0
+    assert cli(*arguments, "--db", str(varied)).code == 0
     process = stopped(folder, varied, arguments, step, ending)
     if name == "SIGKILL":
         kill_group(process)
         assert len(names(folder)) > len(others) + len(kept)
-        assert run(*arguments, "--db", varied, cwd=folder).returncode == 0
+        assert cli(*arguments, "--db", str(varied)).code == 0
     else:
         process.send_signal(signal.SIGTERM)
         process.send_signal(signal.SIGCONT)
@@ -83,9 +87,9 @@ def test_the_next_export_clears_what_a_killed_one_left(varied, folder, arguments
     assert names(folder) == sorted([*others, *kept])
 
 
-def test_one_whole_dataset_is_there_after_any_kill(varied, folder):
+def test_one_whole_dataset_is_there_after_any_kill(cli, varied, folder):
     """Between the two renames, the older one still has its other name, which the next export gives back."""
-    assert run(*DATASET, "--db", varied, cwd=folder).returncode == 0
+    assert cli(*DATASET, "--db", str(varied)).code == 0
     before = contents(folder / "data")
     for step, ending in (("rename", ".old"), ("rename", ".part"), ("mkdir", ".part")):
         kill_group(stopped(folder, varied, DATASET, step, ending))

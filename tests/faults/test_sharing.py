@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 from contents import ask, content, is_sound
-from processes import run, run_several, small_blocks, start, wait_until_ready
+from processes import run, run_here, small_blocks, start, wait_until_ready
 from sqlalchemy.pool import StaticPool
 from there import there
 
@@ -158,18 +158,18 @@ def test_a_lock_held_too_long_is_reported(filled):
 def test_readers_work_during_a_fill(tmp_path):
     """Queries, averages and verification are repeated while a fill stores periods block by block."""
     path = tmp_path / "orbits.db"
-    assert run("fill", "--p", "5", "--db", path).returncode == 0
+    Catalogue.create(path).fill(5, a=1.6)
     filling = start("fill", "--p", "8", "--jobs", "2", "--db", path, command=small_blocks(32))
     wait_until_ready(filling)
     asked = ["query", "--p", "2-11", "--status", "all", "--limit", "1"], ["entropy", "--json"], ["verify"]
     counts = []
     while filling.poll() is None:
-        for _, code, err in run_several([*asked, *asked], path):
+        for _, code, err in run_here(asked, path):
             assert code == 0, err
             counts += [int(n) for n in re.findall(r"(\d+) words", err)]
     all_end_well(filling)
     assert counts == sorted(counts)
-    assert run("verify", "--db", path).returncode == 0
+    assert Catalogue(path).verify().sound
 
 
 def test_nobody_can_commit_while_the_journal_is_moved(filled):
@@ -203,14 +203,14 @@ def test_nobody_can_commit_while_the_journal_is_moved(filled):
 def test_four_fills_that_move_the_journal_after_every_block_lose_nothing(filled, tmp_path):
     """Two of them fill the same periods; others read meanwhile."""
     path = tmp_path / "new.db"
-    assert run("fill", "--p", "3", "--db", path).returncode == 0
+    Catalogue.create(path).fill(3, a=1.6)
     fills = [
         start("fill", "--p", "8", "--a", a, "--jobs", "1", "--db", path, command=AT_ONCE)
         for a in ("1.6", "1.6", "2", "0.5")
     ]
     while any(process.poll() is None for process in fills):
         asked = ["query", "--p", "2-8", "--status", "all", "--a", "all", "--limit", "1"], ["table"]
-        assert [code for _, code, _ in run_several(asked, path)] == [0, 0]
+        assert [code for _, code, _ in run_here(asked, path)] == [0, 0]
     for process in fills:
         there(process.stdout).readline()
     all_end_well(*fills)
