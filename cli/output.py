@@ -82,33 +82,51 @@ def note(message: str, *, always: bool = False) -> None:
     """Write a message as one line to stderr, if possible; with --quiet, only if it is to be seen `always`."""
     if _quiet and not always:
         return
+    _noted.append(message)
     with aside(), suppress(OSError):
         print(line(completed(message)), file=sys.stderr)
 
 
-_at_the_end: list[str] = []
-"""Notes on the a that was chosen, to be written when the command ends."""
+_noted: list[str] = []
+"""The notes of this command."""
+
+_headings: list[Sequence[str]] = []
+"""The columns of each table for people that this command has written."""
+
+_on_a: list[tuple[float, str | None]] = []
+"""Each a that this command has taken, with the note on it if it is a default."""
 
 
-def note_at_the_end(message: str) -> None:
-    """Write a message when the command ends, also with --quiet, but not beside the line of an error."""
-    _at_the_end.append(message)
+def takes_a(a: float, said: str | None = None) -> None:
+    """Let `last_notes` name the a that a command takes; `said` is the note on a default."""
+    _on_a.append((a, said))
 
 
 @contextmanager
 def last_notes() -> Iterator[None]:
-    """Write the notes for the end of a command after a block, unless it fails."""
-    _at_the_end.clear()
+    """Write which a was taken after the block of a command, unless it fails.
+
+    The note on a default is written also with --quiet. Any other a is named only if a table for people has
+    been written, and neither a column of it nor a note names the a.
+    """
+    for of_last in (_noted, _headings, _on_a):
+        of_last.clear()
     try:
         yield
     except typer.Exit:
         raise
     except Exception:
-        _at_the_end.clear()
+        _on_a.clear()
         raise
     finally:
-        for message in dict.fromkeys(_at_the_end):
-            note(message, always=True)
+        for a, said in dict.fromkeys(_on_a):
+            text = f"a = {format_float(a)}"
+            in_notes = re.compile(rf"\b{re.escape(text)}(?!\.?\d)")
+            named = any("a" in names for names in _headings) or any(map(in_notes.search, _noted))
+            if said is not None:
+                note(said, always=True)
+            elif _headings and not named:
+                note(text)
 
 
 def notes(messages: Iterable[str]) -> None:
@@ -220,6 +238,7 @@ def write(
     """Write rows to stdout, and return their number; `digits` and `uncertainty` are as in `Output`."""
     if form in FOR_PEOPLE:
         texts, left = _cells(columns, rows, digits, uncertainty)
+        _headings.extend([columns] * bool(texts))
         if uncertainty:
             kept = [place for place, name in enumerate(columns) if bounded_by(name, columns) is None]
             columns, left = [columns[place] for place in kept], [left[place] for place in kept]
@@ -283,6 +302,7 @@ _SAMPLED = ("lambda_d", "lambda_c", "mean_free_path")
 
 def write_facts(facts: Sequence[tuple[str, str]]) -> None:
     """Write names and values in two aligned columns; on a terminal, long values are wrapped."""
+    _headings.append([name for name, _ in facts])
     width = max(len(name) for name, _ in facts)
     columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else sys.maxsize
     for name, text in facts:

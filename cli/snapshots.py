@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli.grids import Asked, GivenValues, many_a, named
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import note, note_at_the_end, progress, repeats
+from orbitdb.cli.output import note, progress, repeats, takes_a
 from orbitdb.columns import COMPUTED, IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.paths import default_path
@@ -166,13 +166,14 @@ def given_a(db: Path, asked: Asked) -> tuple[float, ...]:
 
 def _values(catalogue: "Catalogue", asked: Asked) -> tuple[float, ...]:
     """Return the given values of a, every one with orbits or sweeps, or the default one, with a note."""
-    if (values := named(asked)) is not None:
-        return values
-    if asked:
-        return tuple(catalogue.a_values(orbits=True)) or (catalogue.a,)
-    if (said := catalogue.note_on_a) is not None:
-        note_at_the_end(said)
-    return (catalogue.a,)
+    values, said = named(asked), None
+    if values is None and asked:
+        values = tuple(catalogue.a_values(orbits=True))
+    if not values:
+        values, said = (catalogue.a,), None if asked else catalogue.note_on_a
+    if len(values) == 1:
+        takes_a(*values, said)
+    return values
 
 
 def storable(catalogue: "Catalogue", store: bool | None) -> bool:

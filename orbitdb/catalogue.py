@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from orbitdb.verification.verify import Verification
 
 _Answer = TypeVar("_Answer")
+_Noted = TypeVar("_Noted", "Result", "Trajectory", "FieldOrbits", "Levels", "Assessment")
 
 _ORBITS: tuple[Status, ...] = (Status.ORBIT,)
 _EVERY: tuple[Status, ...] = ()
@@ -160,8 +161,7 @@ class Catalogue:
     @property
     def note_on_a(self) -> str | None:
         """A line on the default ``a`` if it is not 1.6, or one of several; results have it in their notes."""
-        with self._reading() as connection:
-            return next(iter(self._on_a(None, connection)), None)
+        return next(iter(self._on_a(None)), None)
 
     @contextmanager
     def snapshot(self, cancelled: Callable[[], bool] = never) -> Iterator[Self]:
@@ -313,7 +313,7 @@ class Catalogue:
 
         period = check_int("p", p, -math.inf)
         check_periods([(period, period)])
-        missing = f"births of period {period} are not stored: 'orbitdb births --p {period}' finds them"
+        missing = f"births of period {period} are not stored: `catalogue.fill_births(p={period})` finds them"
         with self._reading() as connection:
             found = Births(read_lives(connection, period))
             fills = [fill for fill in read_birth_fills(connection) if fill.p == period]
@@ -524,7 +524,7 @@ class Catalogue:
         most = None if limit is None else check_int("limit", limit, 0)
         with self._reading() as connection:
             chosen = self._several(selection, criteria, connection)
-            on_a = self._on_a(criteria.get("a") if selection is None else 0.0, connection)
+            on_a = self._on_a(selection or criteria.get("a"), connection)
         given = columns.split(",") if isinstance(columns, str) else columns
         usual = (*VIEWED, *[WORDS] * classes)
         names = usual if given is None else tuple(as_texts("columns", given))
@@ -947,11 +947,14 @@ class Catalogue:
             if start is not None or points is not None or bounces is not None:
                 raise InputError("give one of start, points and length; bounces goes with start")
             with self._reading() as connection:
-                return read_candidates(connection, self._at(a, connection), length, tolerance, limit)
+                candidates = read_candidates(connection, self._at(a, connection), length, tolerance, limit)
+                candidates.notes = (*self._on_a(a, connection), *candidates.notes)
+                return candidates
         with self.snapshot() as then:
             at = Stadium(then._at(a))
             find = partial(then.orbit, a=at.a)
-            return identify_trajectory(at, find, start, points, tolerance, bounces, limit)
+            found = identify_trajectory(at, find, start, points, tolerance, bounces, limit)
+            return then._noted(found, a)
 
     # in a magnetic field
 
@@ -1003,7 +1006,7 @@ class Catalogue:
         else:
             picked = named_words(code, self._at(cast("float | None", criteria.get("a"))))
         with telling(progress, "field") as tell:
-            return follow_words(picked, kappa, tell)
+            return self._noted(follow_words(picked, kappa, tell), selection or criteria.get("a"))
 
     # making
 
@@ -1269,14 +1272,15 @@ class Catalogue:
             at = self._at(a, connection)
             asked = Question.of(at, opening, without, trajectories, bounces, _seed(seed))
             stored, known = stored_escape(connection, asked)
+            on_a = self._on_a(a, connection)
         if stored is not None:
-            return stored
+            return replace(stored, on_a=on_a)
         file = self.check_writable() if store else None
         with telling(progress, "trajectories") as tell:
             found = find_escape(asked, known, jobs, tell)
         if store:
             self.keep(found, file)
-        return found
+        return replace(found, on_a=on_a)
 
     def prove_bounds(
         self,
@@ -1510,12 +1514,12 @@ class Catalogue:
         from orbitdb.quantum.exact_levels import Levels
         from orbitdb.quantum.weyl import k_range, parities_of
 
-        at, (low, high) = Stadium(self._at(a)), k_range(k)
+        at, (low, high), on_a = Stadium(self._at(a)), k_range(k), self._on_a(a)
         with telling(progress, "levels") as tell:
             path = self._present().path if store else None
             windows = find_levels(path, at, low, high, parities_of(parity), jobs, tell)
         levels = Levels.joined(at.a, low, high, windows)
-        return replace(levels, notes=notes_on_windows(levels, windows))
+        return replace(levels, notes=(*on_a, *notes_on_windows(levels, windows)))
 
     def spectrum(
         self,
@@ -1551,9 +1555,9 @@ class Catalogue:
         from orbitdb.answers.level_lists import read_spectrum
 
         with self._reading() as connection:
-            return read_spectrum(
-                connection, self._at(a, connection), lengths, resolution, k, levels, window, parity
-            )
+            at, on_a = self._at(a, connection), self._on_a(a, connection)
+            found = read_spectrum(connection, at, lengths, resolution, k, levels, window, parity)
+        return replace(found, on_a=on_a)
 
     def levels(
         self,
@@ -1583,7 +1587,7 @@ class Catalogue:
             raise InputError(f"method {method!r}: use elements or orbits")
         with self._reading() as connection:
             find = levels_in_catalogue if method == "elements" else levels_from_orbits
-            return find(connection, self._at(a, connection), parity, k)
+            return self._noted(find(connection, self._at(a, connection), parity, k), a, connection)
 
     def assess(
         self,
@@ -1620,7 +1624,8 @@ class Catalogue:
 
         with self._reading() as connection:
             how = fit_radius, window, radius_error, noise
-            return assess_levels(connection, self._at(a, connection), k, parity, *how)
+            found = assess_levels(connection, self._at(a, connection), k, parity, *how)
+            return self._noted(found, a, connection)
 
     def level_statistics(
         self,
@@ -1648,7 +1653,7 @@ class Catalogue:
         with self._reading() as connection:
             at = self._at(a, connection)
             own = levels_by_parity(connection, at, levels, parity, window)
-            return level_statistics(connection, at, own, window)
+            return self._noted(level_statistics(connection, at, own, window), a, connection)
 
     def _stored_counterparts(self, levels: "Levels") -> list[float | None]:
         """Return, for each level from orbits, the stored level with the same number, or None."""
@@ -1796,7 +1801,9 @@ class Catalogue:
         """
         from orbitdb.trajectories.pruning_front import PruningFront
 
-        return PruningFront(self._at(a))
+        front = PruningFront(self._at(a))
+        front.notes = (*self._on_a(a), *front.notes)
+        return front
 
     def _stored_now(
         self, read: Callable[..., Iterable[Any]], periods: Collection[int], *arguments: Any
@@ -1830,9 +1837,9 @@ class Catalogue:
         with self._reading() as connection:
             subsets = self._several(selection, criteria, connection)
             results = [function(connection, chosen, *arguments) for chosen in subsets]
-            on_a = self._on_a(criteria.get("a") if selection is None else 0.0, connection)
-        found = results[0] if one else over_a(results)
-        return replace(found, notes=(*on_a, *found.notes))
+            return self._noted(
+                results[0] if one else over_a(results), selection or criteria.get("a"), connection
+            )
 
     def _chosen(
         self, selection: Selection | None, criteria: Criteria, connection: Connection | None = None
@@ -1885,10 +1892,18 @@ class Catalogue:
         """Return every a with orbits or sweeps, or else the default one, as ``--a all``."""
         return a_values(connection, WITH_ORBITS) or [self._at(None, connection)]
 
-    def _on_a(self, a: object, connection: Connection) -> tuple[str, ...]:
-        """Return the note on the default a if a question uses it."""
-        given = a is not None or self._a is not None
-        return () if given else tuple(filter(None, [note_on_a(connection)]))
+    def _on_a(self, chosen: object, connection: Connection | None = None) -> tuple[str, ...]:
+        """Return the note on the default a if a question uses it: if it has neither an a nor a Selection."""
+        if chosen is not None or self._a is not None:
+            return ()
+        if connection is not None:
+            return tuple(filter(None, [note_on_a(connection)]))
+        with self._reading() as now:
+            return self._on_a(chosen, now)
+
+    def _noted(self, found: _Noted, chosen: object, connection: Connection | None = None) -> _Noted:
+        """Return a result whose notes begin with the note on the default a, if it uses it (`_on_a`)."""
+        return replace(found, notes=(*self._on_a(chosen, connection), *found.notes))
 
     def _at(self, a: float | None, connection: Connection | None = None) -> float:
         """Return the given a, or else the default one, read from a connection if a question has one."""

@@ -180,7 +180,7 @@ def parse_statuses(value: Status | str | Iterable[Status | str]) -> tuple[Status
         raise SelectionError(f"status {text!r}: use {allowed}, some of them with commas, or all") from None
     if Status.FAMILY in statuses:
         raise SelectionError(
-            f"status {text!r}: the bouncing-ball family is never stored: 'orbitdb query 02' describes it"
+            f"status {text!r}: the bouncing-ball family is never stored: `catalogue.orbit('02')` describes it"
         )
     return statuses
 

@@ -112,7 +112,7 @@ class AlteredError(StoreError):
         self.what = what
 
     def __str__(self) -> str:
-        return f"the catalogue was altered: {self.what}; 'orbitdb verify' shows what is wrong"
+        return f"the catalogue was altered: {self.what}; `catalogue.verify()` shows what is wrong"
 
 
 class DeletedError(StoreError):

@@ -203,7 +203,7 @@ def check_target(path: Path, replace: bool = True) -> None:
             f"{path} is an SQLite file, such as a catalogue, and is never replaced: name another"
         )
     if not replace:
-        raise ExportError(f"{path} already exists: --force, in Python force=True, replaces it")
+        raise ExportError(f"{path} already exists: `force=True` replaces it")
 
 
 def _is_database(path: Path) -> bool:

@@ -78,7 +78,7 @@ def several(count: int, one: str, many: str | None = None) -> str:
 
 
 _FEW = 3
-_HALF_LENGTH = re.compile(r"(?<=\ba = )[^ ,;:()']+|(?<=--a )[^ ']+")
+_HALF_LENGTH = re.compile(r"(?<=\ba = )[^ ,;:()']+|(?<=\ba=)[^ ,)`]+")
 
 
 def joined(lines: Iterable[str]) -> Iterator[str]:

@@ -310,7 +310,7 @@ def births(
         output.write(ENDED, ended)
         note(f"{len(ended)} lives end among {sum(fill.classes or 0 for fill in whole)} classes")
     elif not output.write(ENDED if deaths else BIRTH_COLUMNS, map(attrgetter(*BIRTH_COLUMNS), whole)):
-        note(f"no births in {db}: 'orbitdb births --p 11' finds them")
+        note(f"no births in {db}: `catalogue.fill_births(p=11)` finds them")
         raise typer.Exit(1)
 
 

@@ -11,7 +11,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import Output, note, notes, progress
+from orbitdb.cli.output import Output, note, notes, progress, takes_a
 from orbitdb.cli.snapshots import chosen_codes
 from orbitdb.text import several
 
@@ -89,6 +89,8 @@ def verify(
         if a is not None and a not in stored:
             note(f"{'; '.join(then.rows(a=a).notes)}; there is nothing to check")
             raise typer.Exit(1)
+    if a is not None:
+        takes_a(a)
     with progress("the catalogue") as shown:
         found = catalogue.verify(
             sample=sample, restarts=restarts, seed=seed, births=births, prove=prove, jobs=jobs,

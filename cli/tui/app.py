@@ -30,7 +30,7 @@ from orbitdb.cli.tui.fill_dialog import FillDialog, FillState, fill_request
 from orbitdb.cli.tui.help import explained, keys_by_purpose, keys_of, purpose
 from orbitdb.cli.tui.keys_screen import KeysScreen
 from orbitdb.cli.tui.main_screen import MainScreen
-from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working, key
+from orbitdb.cli.tui.screens import ActionsDialog, Field, QuestionDialog, Working, in_shell, key
 from orbitdb.cli.tui.stored import Kept
 from orbitdb.errors import StoreError
 from orbitdb.selection import Selection
@@ -225,7 +225,7 @@ class BrowseApp(App[None], Working):
 
         Only Textual's own messages have a title, and markup.
         """
-        shown = message if title else printable(message)
+        shown = message if title else printable(in_shell(message))
         super().notify(shown, title=title, **options | {"markup": bool(title)})
 
     def get_css_variables(self) -> dict[str, str]:

@@ -15,7 +15,7 @@ from textual.widgets import Input, Label, OptionList
 from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.help import purpose
-from orbitdb.cli.tui.screens import Dialog, Field, key
+from orbitdb.cli.tui.screens import Dialog, Field, in_shell, key
 from orbitdb.cli.tui.stored import SHOWABLE, USUAL
 from orbitdb.errors import InputError, StoreError
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
@@ -92,7 +92,7 @@ class LineDialog(Dialog[str | None]):
         try:
             return (self._check_line(text) if text.strip() else ""), False
         except (InputError, StoreError) as error:
-            return str(error), True
+            return in_shell(str(error)), True
 
     def tell(self, text: str, wrong: bool = False) -> None:
         self.query_one(Input).set_class(wrong, "-wrong")

@@ -50,8 +50,8 @@ LEAVING: list[BindingType] = purpose(
 
 
 def in_shell(text: str) -> str:
-    """Say of a command in a note that it is one for the shell, and add --db to it."""
-    return completed(text.replace("'orbitdb ", "in a shell, 'orbitdb "))
+    """Turn the calls in a note into commands, and say that these are for the shell."""
+    return completed(text, "in a shell, ")
 
 
 class Working(DOMNode):
@@ -90,7 +90,7 @@ class Working(DOMNode):
             except CancelledError:
                 return
             except (InputError, StoreError, ModuleNotFoundError) as error:
-                self.call_later(hand_over, partial(fail or self.failed, str(error)))
+                self.call_later(hand_over, partial(fail or self.failed, in_shell(str(error))))
 
         self._latest[group] = self.run_worker(run, group=group, exclusive=True, thread=True)
 

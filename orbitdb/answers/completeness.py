@@ -166,7 +166,7 @@ class Coverage:
             )
         if chosen.statuses and (others := count(self.connection, replace(chosen, statuses=()))):
             are = "is" if others == 1 else "are"
-            hint = f"; there {are} {several(others, 'word')} of other statuses (--status all){hint}"
+            hint = f"; there {are} {several(others, 'word')} of other statuses (`status='all'`){hint}"
         return f"no {chosen.describe()}{' among the stored words' if lacking else ''}{hint}"
 
     def _check_rows(self) -> None:
@@ -209,13 +209,13 @@ class Coverage:
         if missing := _within(periods or [(2, _USUAL)], stored):
             named, (are, them) = written_periods(missing), _are(missing)
             what, them = (f"{named} {are} not filled", them) if periods else ("nothing is filled", named)
-            command = f"'orbitdb fill --p {missing[-1]} --a {a}'"
+            command = f"`catalogue.fill(p={missing[-1]}, a={a})`"
             lines.append(f"{what} at a = {a}{self._elsewhere()}: {command} fills {them}")
         if any(high > MAX_PERIOD for _, high in periods):
             if not lines:
                 lines.append(f"no period above {MAX_PERIOD} is filled at a = {a}{self._elsewhere()}")
             lines.append(
-                f"fills go up to period {MAX_PERIOD}: 'orbitdb fill --code WORD' stores single words"
+                f"fills go up to period {MAX_PERIOD}: `catalogue.fill(code=WORD)` stores single words"
             )
         return "; ".join(lines) or None
 
@@ -243,7 +243,7 @@ class Coverage:
         a, (are, them) = format_float(self.chosen.a), _are(periods)
         return (
             f"{written_periods(periods)} at a = {a} {are} partial{' and left out' * left_out}: a fill is "
-            f"running or was stopped; 'orbitdb fill --p {max(periods)} --a {a}' completes {them}"
+            f"running or was stopped; `catalogue.fill(p={max(periods)}, a={a})` completes {them}"
         )
 
     def _pruned_not_stored(self) -> str | None:
@@ -256,10 +256,11 @@ class Coverage:
             return None
         total = sum(count_pruned(p) for p in periods)
         every = " all" if self.stored.pruned.keys() & set(periods) else ""
-        named = f"{periods[0]}-{periods[-1]}" if periods[0] > 2 else periods[-1]
+        named = f"'{periods[0]}-{periods[-1]}'" if periods[0] > 2 else periods[-1]
         return (
             f"geometrically pruned words of {written_periods(periods)} are not{every} stored (there "
-            f"{'are' if total > 1 else 'is'} {total:,}): 'orbitdb fill --p {named} --geometric' stores them"
+            f"{'are' if total > 1 else 'is'} {total:,}): "
+            f"`catalogue.fill(p={named}, geometric=True)` stores them"
         )
 
     def _without_bounces(self) -> str | None:
@@ -274,7 +275,7 @@ class Coverage:
             return None
         return (
             f"births of {written_periods(periods)} are not stored, so what depends on them is left "
-            f"out or blank: 'orbitdb births --p {max(periods)}' finds them"
+            f"out or blank: `catalogue.fill_births(p={max(periods)})` finds them"
         )
 
 
@@ -311,7 +312,7 @@ def _within(spans: Sequence[tuple[int, int]], stored: Collection[int]) -> list[i
 def no_orbits(a: float) -> NotStoredError:
     """Return the error that no orbits are stored at an a."""
     at = format_float(a)
-    return NotStoredError(f"no orbits at a = {at}: 'orbitdb fill --p 11 --a {at}' finds some")
+    return NotStoredError(f"no orbits at a = {at}: `catalogue.fill(p=11, a={at})` finds some")
 
 
 def highest_filled(fills: Sequence[Fill], chosen: Selection) -> int:
@@ -373,7 +374,7 @@ def _of_any(what: str, chosen: Selection) -> str:
     """Return a line that says that a list may lack orbits of any length or lambda, and what to do."""
     remedy = "fill all periods from 2 on"
     if not chosen.includes(2):
-        remedy = f"choose all periods from 2 on, such as --p 2-{max(high for _, high in chosen.periods)}"
+        remedy = f"choose all periods from 2 on, such as `p='2-{max(high for _, high in chosen.periods)}'`"
     return f"orbits of any {what} may be missing: {remedy}"
 
 

@@ -323,7 +323,7 @@ def _check(folder: Path, force: bool, need: int) -> None:
         raise StoreError(f"there is no folder {folder.resolve().parent}: make it first")
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         if not force:
-            raise ExportError(f"{folder} already exists: --force replaces a dataset")
+            raise ExportError(f"{folder} already exists: `force=True` replaces a dataset")
         if others := _other_files(folder, [resource["path"] for resource in read_package(folder)]):
             raise ExportError(f"{folder} also holds {others[0]}, which is no part of a dataset: move it away")
     check_space(folder, need, "it takes up to")

@@ -64,7 +64,8 @@ def table(connection: Connection, chosen: Selection) -> Result:
     stored = counted.chosen and tightest_bounds(connection, chosen.a) is not None
     proved = enclosure(connection, chosen.a) if stored else None
     columns = _table(counted.chosen, counted.tallies)
-    return Result(chosen, columns, () if proved is None else (proved.fact,), tuple(notes))
+    facts = (chosen.describe(), *([] if proved is None else [proved.fact]))
+    return Result(chosen, columns, facts, tuple(notes))
 
 
 def table_of_rows(chosen: Selection, periods: Sequence[int], p: Integers, status: Any, least: Any) -> Result:
@@ -176,7 +177,7 @@ def enclosure(connection: Connection, a: float) -> ProvedBounds:
     computed = _computed_bounds(a)
     if stored is not None and stored.bounds.width <= computed.width:
         return stored
-    closer = f"'orbitdb bounds --a {format_float(a)}' finds tighter ones"
+    closer = f"`catalogue.prove_bounds(a={format_float(a)})` finds tighter ones"
     line = f"entropy of all orbits: {computed.between}, proved from {computed.basis}; {closer}"
     return ProvedBounds(computed, line)
 

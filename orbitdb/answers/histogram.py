@@ -66,7 +66,8 @@ def count_by(connection: Connection, selection: Selection, by: Sequence[str]) ->
     rows.sort(key=lambda row: [(value is None, value) for value in row[:-2]])  # missing values come last
     coverage = Coverage(connection, selection)
     notes = filter(None, [*coverage.gaps(by), "" if rows else coverage.nothing()])
-    return Result(selection, columns_of((*by, "words", "classes"), rows), (), tuple(notes))
+    columns = columns_of((*by, "words", "classes"), rows)
+    return Result(selection, columns, (selection.describe(),), tuple(notes))
 
 
 def histogram(connection: Connection, selection: Selection, column: str, bins: int) -> Histogram:

@@ -241,7 +241,7 @@ def _unshadowed(sequence: str) -> str:
     """Return a note about a trajectory that shadows no orbit."""
     if sequence and set(sequence) <= {"0", "2"}:
         return "no orbit: the trajectory bounces between the straight walls, like the bouncing-ball family 02"
-    return "no orbit is shadowed for two bounces or more; a larger --tolerance finds orbits farther away"
+    return "no orbit is shadowed for two bounces or more; a larger tolerance finds orbits farther away"
 
 
 def read_candidates(
@@ -255,7 +255,7 @@ def read_candidates(
         times = f"{orbit.repetitions} x {orbit.code}" if orbit.repetitions > 1 else orbit.code
         enough = float(f"{1.05 * abs(orbit.difference):.2g}")
         notes.append(
-            f"the nearest orbit is {times} of length {orbit.total:.7f}: --tolerance {enough:g} finds it"
+            f"the nearest orbit is {times} of length {orbit.total:.7f}: `tolerance={enough:g}` finds it"
         )
     found.notes = tuple(notes)
     farthest = length + (SAME_LENGTH if tolerance is None else tolerance)

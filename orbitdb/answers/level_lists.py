@@ -185,7 +185,7 @@ def _doubts(assessment: Assessment, noise: float) -> list[str]:
     if not assessment.window and lowest >= _LOWEST:
         notes.append(
             f"the {lowest} lowest levels are missing: if the list is meant to begin higher up, "
-            "'orbitdb assess FILE --window' (in Python window=True) tells where"
+            "`catalogue.assess(k, window=True)` tells where"
         )
     if assessment.window and (assessment.missing_share or 0.0) > _MANY_MISSING:
         notes.append("so many levels are missing that a list from another stadium might fit as well")
@@ -251,10 +251,7 @@ def _other_scales(compared: Comparison) -> list[str]:
             "error, the list fits"
         ]
     if any(judge(compared.scaled(s)).misfit < _CLEARLY * FITS for s in likely_scales(compared).tolist()):
-        return [
-            "they fit with another radius: 'orbitdb assess FILE --fit-radius' (in Python fit_radius=True) "
-            "finds it"
-        ]
+        return ["they fit with another radius: `catalogue.assess(k, fit_radius=True)` finds it"]
     return []
 
 
@@ -300,7 +297,7 @@ def lacking(found: Assessment | None) -> list[str]:
         return [found.verdict(), *found.notes]
     places = ", ".join(gap.place() for gap in found.gaps[:_SHOWN])
     more = f" and {len(found.gaps) - _SHOWN} more" if len(found.gaps) > _SHOWN else ""
-    return [f"{found.verdict()}: {places}{more}; 'orbitdb assess FILE' lists them", *found.notes]
+    return [f"{found.verdict()}: {places}{more}; `catalogue.assess(k)` lists them", *found.notes]
 
 
 def levels_by_parity(

@@ -143,7 +143,7 @@ _AVOIDED = (
 
 _NEVER_ESCAPE = (
     "these are averages over the orbits that never escape; at p = 11, zeta was up to 3 % above trajectories. "
-    "ln z0 is no escape rate: 'orbitdb escape' estimates it"
+    "ln z0 is no escape rate: `catalogue.escape(...)` estimates it"
 )
 """What averages over the orbits without a bounce in an opening mean, and what they do not."""
 
@@ -182,7 +182,7 @@ def lyapunov(
     if all_orbits(subset.selection):  # trajectories and exact means are not about some of the orbits
         a = format_float(chosen.a)
         if reference is None:
-            notes.append(f"no trajectory value at a = {a}: 'orbitdb simulate --a {a}' computes one")
+            notes.append(f"no trajectory value at a = {a}: `catalogue.simulate(a={a})` computes one")
         else:
             means = (f"lambda_d = {with_error(reference.lambda_d, reference.lambda_d_error)}",
                      f"lambda_c = {with_error(reference.lambda_c, reference.lambda_c_error)}")  # fmt: skip

@@ -43,7 +43,8 @@ def levels_in_catalogue(connection: Connection, a: float, parity: Parities = Non
     high = last if end is None else end
     if not low < high <= last:
         of = "" if len(parities) == len(Parity) else f" of parity {', '.join(parities)}"
-        command = f"'orbitdb levels --k {low:g}:{low + 30 if end is None else end:g} --a {format_float(a)}'"
+        to = low + 30 if end is None else end
+        command = f"`catalogue.fill_levels(k=({low:g}, {to:g}), a={format_float(a)})`"
         if max(ends.values()) > low == last:
             some = ", ".join(one for one, end in ends.items() if end > low)
             raise NotStoredError(
@@ -83,7 +84,7 @@ def levels_from_orbits(connection: Connection, a: float, parity: Parities = None
     ]
     if highest < _ENOUGH:
         basis.append(
-            f"period {_ENOUGH} reduces the errors: 'orbitdb fill --p {_ENOUGH} --a {format_float(stadium.a)}'"
+            f"period {_ENOUGH} reduces the errors: `catalogue.fill(p={_ENOUGH}, a={format_float(stadium.a)})`"
         )
     if end > reliable:
         basis.append(f"above k = {reliable:.1f} the rms error is more than a fifth of the mean spacing")
@@ -114,7 +115,7 @@ def classes_for_levels(connection: Connection, a: float) -> tuple[OrbitClasses, 
     if highest < _LEAST:
         raise NotStoredError(
             f"periods are complete only up to {highest} at a = {format_float(a)}, but levels need {_LEAST} "
-            f"or more: 'orbitdb fill --p {_ENOUGH} --a {format_float(a)}' finds their orbits"
+            f"or more: `catalogue.fill(p={_ENOUGH}, a={format_float(a)})` finds their orbits"
         )
     return classes, highest
 

@@ -25,11 +25,12 @@ if TYPE_CHECKING:
 
 
 class Step(NamedTuple):
-    """Progress of work on a period: how many of its words are done."""
+    """Progress of work on a period: how many of its words are done, and how many of them in this step."""
 
     p: int
     words: int
     total: int
+    new: int
 
 
 class PeriodJob(ABC):
@@ -99,10 +100,11 @@ def _blocks(work: PeriodJob, cursors: dict[int, Cursor], workers: Workers) -> Ge
         with work.writer.transaction() as connection:
             hold(connection, cursors[p])
             spent = work.store(connection, cursors[p], part) | {"seconds": clock - before}
+            done = cursors[p].words
             cursors[p] = move(connection, cursors[p], part.span, spent)
         if part.span.upto == Span.of_period(p).upto:
             _close(work, cursors[p])
-        yield Step(p, cursors[p].words, work.total(p))
+        yield Step(p, cursors[p].words, work.total(p), cursors[p].words - done)
 
 
 def _close(work: PeriodJob, cursor: Cursor) -> None:
@@ -130,5 +132,5 @@ def run_steps(
     with closing(steps):
         tell(stored, total, what)
         for step in steps:
-            before = sum(count for p, count in totals.items() if p < step.p)
-            tell(before + step.words, total, f"{what}, p = {step.p:>2} of {max(totals)}")
+            stored += step.new
+            tell(stored, total, f"{what}, p = {step.p:>2} of {max(totals)}")

@@ -145,7 +145,7 @@ class Processes(Workers):
         except (EOFError, pickle.UnpicklingError, OSError):
             raise WorkError(
                 "a worker process died; nothing stored is lost, and the same command continues from there: "
-                "if memory is short, use fewer processes with --jobs"
+                "if memory is short, use fewer processes, such as `jobs=2`"
             ) from None
         finally:
             self._idle.put(process)
@@ -165,7 +165,7 @@ def _start() -> Popen[bytes]:
         return Popen(command, stdin=PIPE, stdout=PIPE, process_group=0)
     except OSError as error:
         raise WorkError(
-            f"a worker process cannot start ({error.strerror}): use fewer processes with --jobs"
+            f"a worker process cannot start ({error.strerror}): use fewer processes, such as `jobs=2`"
         ) from error
 
 

@@ -53,6 +53,8 @@ class Escape(Table, Drawn):
         Number of random trajectories, number of bounces up to which they were followed, and their seed.
     bounce, time, leg : Survival
         Sampled survival of n bounces, of a time t (radius / speed), and of legs; empty without trajectories.
+    on_a : tuple of str
+        The first of the notes if no a was named: which one was taken.
     """
 
     a: float
@@ -76,6 +78,7 @@ class Escape(Table, Drawn):
     bounce: Survival
     time: Survival
     leg: Survival
+    on_a: tuple[str, ...] = ()
 
     @property
     def n_tail(self) -> float | None:
@@ -110,7 +113,7 @@ class Escape(Table, Drawn):
     @property
     def notes(self) -> tuple[str, ...]:
         """What never escapes, which rates are not defined and why, and how sure each number is."""
-        return tuple(_notes(self))
+        return (*self.on_a, *_notes(self))
 
     def to_pandas(self, by: str = "bounce") -> "pandas.DataFrame":
         """Return a data frame with the rows of `columns` (extra ``pandas``)."""

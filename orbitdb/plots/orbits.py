@@ -79,7 +79,7 @@ def sheet(catalogue: "Catalogue", chosen: Selection, limit: int = 120, order: st
     made = sheet_of(orbits, f"Classes of {chosen.describe()}")
     made.notes = tuple(gaps(catalogue, chosen, order))
     if (total := listing.total) > limit:
-        rest = f"--limit {total} draws them all" if total <= _MOST else "choose fewer to see them all"
+        rest = f"`limit={total}` draws them all" if total <= _MOST else "choose fewer to see them all"
         made.notes += (f"{limit} of {total} classes are drawn; {rest}",)
     return made
 
@@ -103,6 +103,6 @@ def with_paths(catalogue: "Catalogue", chosen: Selection) -> Selection:
     if total := catalogue.count(chosen):
         what = chosen.describe(count=total)
         raise EmptyFigureError(
-            [*gaps(catalogue, chosen), f"{what}: no path to draw; --status orbit draws orbits instead"]
+            [*gaps(catalogue, chosen), f"{what}: no path to draw; `status='orbit'` draws orbits instead"]
         )
     raise nothing(catalogue, chosen)

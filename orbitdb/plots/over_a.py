@@ -88,7 +88,7 @@ def births(catalogue: "Catalogue", chosen: Selection) -> Picture:
     shown = [p for p, (places, _) in changes.items() if chosen.includes(p) and places.max(initial=0) > 0]
     shown = shown[-len(_STYLES) :]
     if not shown:
-        raise EmptyFigureError(["no births to draw: 'orbitdb births --p 11' finds them"])
+        raise EmptyFigureError(["no births to draw: `catalogue.fill_births(p=11)` finds them"])
     a = np.geomspace(_LOW, _WIDER * max(changes[p][0][-1] for p in shown), PLACES)
     edges = np.geomspace(a[0], a[-1], _BINS + 1)
     with figure(6.4, 7.2) as made:
@@ -180,7 +180,7 @@ def entropy_over_a(catalogue: "Catalogue", *chosen: Selection, grid: Sequence[fl
         computed = [enclosure(connection, a).bounds for a in grid]
     bounds: Sequence[EntropyBounds] = computed or catalogue.entropy_curve()
     if not bounds:
-        raise EmptyFigureError(["no proved bounds to draw: 'orbitdb bounds --a 0.3:10:40' computes some"])
+        raise EmptyFigureError(["no proved bounds to draw: `catalogue.prove_bounds(a=1)` finds some"])
     changes = _changes(catalogue, chosen[0])
     first, last = bounds[0].a / _BESIDE_BOUNDS, bounds[-1].a * _BESIDE_BOUNDS
     with figure(6.4, 4.2) as made:

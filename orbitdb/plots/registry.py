@@ -237,7 +237,7 @@ def chosen_name(kind: str | None, own: Sequence[str]) -> str:
         if asked == plain_name(name):
             return name
     known = any(figure.name == asked for figure in FIGURES)
-    elsewhere = f"; 'orbitdb plot {asked}' draws the other" if known else ""
+    elsewhere = f"; {asked} is a figure of another result" if known else ""
     raise InputError(f"kind {kind!r:.40}: use {', '.join(own)}{elsewhere}")
 
 

@@ -90,10 +90,10 @@ def symbol_plane(catalogue: "Catalogue", *chosen: Selection) -> Picture:
         return _fronts(chosen)
     statuses = tuple(status for status in _WITH_POINTS if status in (chosen[0].statuses or _WITH_POINTS))
     if not statuses:
-        raise InputError("only orbits and dynamically pruned words have points: --status orbit,dynamical")
+        raise InputError("only orbits and dynamically pruned words have points: `status='orbit,dynamical'`")
     shown = replace(chosen[0], statuses=statuses)
     if (total := catalogue.count(shown)) > MOST_WORDS:
-        raise InputError(f"{total} words: draw at most {MOST_WORDS}, such as --p 2-12")
+        raise InputError(f"{total} words: draw at most {MOST_WORDS}, such as `p='2-12'`")
     if not total:
         raise nothing(catalogue, shown)
     front, points = PruningFront(shown.a), _points(catalogue.select(shown))

@@ -90,6 +90,8 @@ class Spectrum(Drawn):
         What the given levels lack according to the orbits, one line each.
     missing : float
         Bound on the amplitude of each class of orbits that the sum may lack, up to the last length.
+    on_a : tuple of str
+        The first of the notes if no a was named: which one was taken.
     """
 
     a: float
@@ -104,6 +106,7 @@ class Spectrum(Drawn):
     codes: NDArray[np.object_]
     judged: tuple[str, ...] = ()
     missing: float = math.inf
+    on_a: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         of = "" if self.parity is None else f" of the parity {self.parity}"
@@ -135,21 +138,20 @@ class Spectrum(Drawn):
         if end < self.length[-1]:
             largest = f"{float(upwards(self.missing)):g} up to length {self.length[-1]:g}"
             said = [
+                *self.on_a,
                 f"complete, by proof, up to length {end:.2f}; longer orbits may be missing from the sum, a "
-                f"class with an amplitude of at most {largest}"
+                f"class with an amplitude of at most {largest}",
             ]
         else:
-            said = ["complete: no orbit of these lengths is missing"]
+            said = [*self.on_a, "complete: no orbit of these lengths is missing"]
         if terms:
             middle = (self.k_min + self.k_max) / 2
             at = f"the amplitudes of the bouncing balls, {_FAMILY}, are those at k = {middle:.6g}"
             return [*said, *[at][: any(row[0] == _FAMILY for row in self.term_rows())]]
         if self.misfit is None:
-            of = "" if self.parity is None else f" --parity {self.parity}"
-            return [
-                *said,
-                f"no levels to compare with: run 'orbitdb levels --k 0:30 --a {format_float(self.a)}{of}'",
-            ]
+            of = "" if self.parity is None else f", parity='{self.parity}'"
+            finds = f"`catalogue.fill_levels(k=30, a={format_float(self.a)}{of})` finds some"
+            return [*said, f"no levels to compare with: {finds}"]
         ends = f"k = {self.k_min:.6g} to {self.k_max:.6g}" if self.k_min else f"k_max = {self.k_max:.6g}"
         return [*said, f"{ends}; |quantum - orbits| / |quantum| = {self.misfit:.3f}"]
 

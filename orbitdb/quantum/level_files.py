@@ -110,7 +110,7 @@ def _text(path: Path | str, where: str) -> str:
 def _levels_in(text: str, path: str, name: str) -> tuple[list[Parity | None], Floats]:
     """Return the parities, None if not given, and the values of the rows."""
     if text.lstrip().startswith(("[", "{")):
-        raise InputError(f"{path} is JSON: give csv, as 'orbitdb levels --format csv' writes it")
+        raise InputError(f"{path} is JSON: give csv, with one level k per line or with a column k")
     lines = [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
     mark = next((mark for mark in "\t;, " if lines and mark in lines[0]), ",")
     bare = not lines or lines[0][0] == "(" or _number(lines[0].split(mark)[0]) is not None

@@ -221,16 +221,16 @@ def _remedy(k: Floats, window: bool, stadium: Stadium, parity: Parity | None) ->
     """Return a message that says what may be wrong with a list that has too many or too few levels."""
     low, high = float(k[0]) if window else 0.0, float(k[-1])
     if _plausible(len(k), math.sqrt(low), math.sqrt(high), stadium, parity):
-        return "they look like energies: add --energies (in Python, give their square roots)"
+        return "they look like energies: take their square roots (`energies=True` for a file)"
     if _plausible(len(k), low**2, high**2, stadium, parity):
-        return "they look like wavenumbers, not energies: leave out --energies (in Python, take no roots)"
+        return "they look like wavenumbers, not energies: take no square roots (leave out `energies=True`)"
     if parity is not None and _plausible(len(k), low, high, stadium, None):
-        return "they look like the levels of all parities: leave out --parity (in Python parity)"
+        return "they look like the levels of all parities: leave out the parity"
     if parity is None and any(_plausible(len(k), low, high, stadium, one) for one in Parity):
-        return "they look like the levels of one parity: name it, such as --parity oo (in Python parity='oo')"
+        return "they look like the levels of one parity: name it, such as `parity='oo'`"
     if not window and _plausible(len(k), float(k[0]), high, stadium, parity):
         return (
             "they look like a window, a list that begins above the lowest level: "
-            "'orbitdb assess FILE --window' (in Python assess(k, window=True)) tells where it begins"
+            "`catalogue.assess(k, window=True)` tells where it begins"
         )
-    return "check --parity, --a and the unit: k is in 1/radius, and frequencies need --frequency and --radius"
+    return "check the parity, a and the unit: k is in 1/radius, and frequencies need --frequency and --radius"

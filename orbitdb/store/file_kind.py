@@ -10,7 +10,6 @@ from orbitdb.store import tables as t
 from orbitdb.store.journal import refuse_foreign_journal
 from orbitdb.store.paths import absolute_path, journal_size
 from orbitdb.store.sqlite import Driver, open_sqlite, plain_errors, uri_of
-from orbitdb.text import quoted
 
 
 def check_file(path: Path) -> int | None:
@@ -79,11 +78,19 @@ def _need(path: Path, least: int, missing_ok: bool = False) -> bool:
     if version is None and missing_ok:
         return False
     if version is None:
-        there = "" if path.absolute() == absolute_path(None) else f" --db {quoted(path)}"
-        raise StoreError(f"no catalogue at {path}: make one with 'orbitdb fill --p 11{there}'")
+        raise StoreError(
+            f"no catalogue at {path}: make one with `Catalogue.create({_named(path)}).fill(p=11)`"
+        )
     if version < least:
-        raise StoreError(f"{path} has the older schema {version}: run 'orbitdb migrate' first")
+        raise StoreError(
+            f"{path} has the older schema {version}: run `Catalogue.migrate({_named(path)})` first"
+        )
     return True
+
+
+def _named(path: Path) -> str:
+    """Return a path as an argument, '' for the default catalogue."""
+    return "" if path.absolute() == absolute_path(None) else repr(str(path))
 
 
 def _marks(path: Path) -> tuple[int, int, bool]:

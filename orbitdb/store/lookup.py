@@ -329,7 +329,9 @@ def default_a(connection: Connection) -> float:
         return values[0]
     if values and USUAL_A not in values:
         stored = ", ".join(map(format_float, values))
-        raise InputError(f"orbits are stored at a = {stored}: name one with --a, or with a= in Python")
+        raise InputError(
+            f"orbits are stored at a = {stored}: name one, such as `a={format_float(values[0])}`"
+        )
     return USUAL_A
 
 

@@ -237,7 +237,9 @@ class BirthFill(Record):
     @property
     def notes(self) -> tuple[str, ...]:
         """What is missing, and how to find it."""
-        missing = f"births of period {self.p} are incomplete: 'orbitdb births --p {self.p}' completes them"
+        missing = (
+            f"births of period {self.p} are incomplete: `catalogue.fill_births(p={self.p})` completes them"
+        )
         return () if self.done else (missing,)
 
 

@@ -306,7 +306,7 @@ def _refusal(sql: str, message: str, what: str) -> str:
             message = f"{message}: it is computed afterwards, for the chosen rows"
         else:
             where_from = "only catalogue has it; " if name in _COLUMNS else guess(name, _COLUMNS)
-            message = f"{message}; {where_from}'orbitdb columns' lists all columns"
+            message = f"{message}; {where_from}`orbitdb.columns.EVERY` lists all columns"
     elif "binding" in message.lower():
         message = (
             f"{message.rstrip('.')}: give each :name a value, with --parameter name=value or in parameters"

@@ -178,7 +178,7 @@ def test_an_entropy_beyond_either_bound_is_noted():
 def test_averages_over_some_orbits_are_not_those_of_trajectories(varied):
     told = [Catalogue(varied, 1.6).lyapunov(p="2-4", contains=pattern) for pattern in (None, "13")]
     of_all = [
-        sum("exact means" in line or "orbitdb simulate" in line for line in (*found.facts, *found.notes))
+        sum("exact means" in line or "catalogue.simulate" in line for line in (*found.facts, *found.notes))
         for found in told
     ]
     assert of_all == [2, 0]

@@ -151,7 +151,7 @@ def test_a_missing_file_is_an_empty_catalogue_if_that_is_allowed(tmp_path):
         assert [*empty.rows()] == [*empty.fills()] == []
         assert (empty.find("13"), empty["13"].stored, empty["13"].length) == (None, False, 10.4)
         assert empty.rows(p=3).notes == (
-            "period 3 is not filled at a = 1.6: 'orbitdb fill --p 3 --a 1.6' fills it",
+            "period 3 is not filled at a = 1.6: `catalogue.fill(p=3, a=1.6)` fills it",
         )
     assert not any(tmp_path.iterdir())
     Catalogue.create(path).fill([3])

@@ -17,7 +17,8 @@ from orbitdb.orbits.least_values import least_exponent, least_length
 from orbitdb.selection import Selection
 from orbitdb.store.file import reading
 
-FILL = "run 'orbitdb fill --p 9'"
+FILL = "run `catalogue.fill(p=9)`"
+IN_SHELL = "run 'orbitdb fill --p 9'"
 
 
 @pytest.mark.parametrize(
@@ -25,13 +26,13 @@ FILL = "run 'orbitdb fill --p 9'"
     [
         ("table --db my.db", "run 'orbitdb fill --p 9 --db my.db'"),
         ("table --db=my.db --a=0.5", "run 'orbitdb fill --p 9 --db my.db --a 0.5'"),
-        ("table", FILL),
-        ("query --a 1 --a 2", FILL),
-        ("bounds --a 0.3:1:5", FILL),
-        ("query --a all,1", FILL),
+        ("table", IN_SHELL),
+        ("query --a 1 --a 2", IN_SHELL),
+        ("bounds --a 0.3:1:5", IN_SHELL),
+        ("query --a all,1", IN_SHELL),
         ("table --db 'my own.db'", """run 'orbitdb fill --p 9 --db "my own.db"'"""),
         ("table --db 'a$b.db'", r"""run 'orbitdb fill --p 9 --db "a\$b.db"'"""),
-        ("query --a all", FILL),
+        ("query --a all", IN_SHELL),
     ],
 )
 def test_advice_names_the_given_catalogue_and_half_length(arguments, expected):
@@ -42,12 +43,23 @@ def test_advice_names_the_given_catalogue_and_half_length(arguments, expected):
 
 @pytest.mark.parametrize(
     ("advised", "expected"),
-    [("'orbitdb births --p 4' finds them", "'orbitdb births --p 4 --db my.db' finds them"),
-     ("'orbitdb fill --p 4 --a 3' fills it", "'orbitdb fill --p 4 --a 3 --db my.db' fills it"),
-     ("'orbitdb migrate', 'orbitdb info'", "'orbitdb migrate --db my.db', 'orbitdb info --db my.db'"),
+    [("`catalogue.fill_births(p=4)` finds them", "'orbitdb births --p 4 --db my.db' finds them"),
+     ("`catalogue.fill(p=4, a=3)` fills it", "'orbitdb fill --p 4 --a 3 --db my.db' fills it"),
+     ("`Catalogue.migrate('o.db')`, `catalogue.info()`",
+      "'orbitdb migrate --db o.db', 'orbitdb info --db my.db'"),
+     ("`Catalogue.create('a b').fill(p=11)`", "'orbitdb fill --p 11 --db \"a b\" --a 2'"),
+     ("`catalogue.fill_levels(k=25, parity='oo', a=1)`",
+      "'orbitdb levels --k 0:25 --parity oo --a 1 --db my.db'"),
+     ("`catalogue.fill_levels(k=(20, 30))`", "'orbitdb levels --k 20:30 --db my.db --a 2'"),
+     ("`catalogue.assess(k, window=True)`", "'orbitdb assess FILE --window --db my.db'"),
+     ("`catalogue.escape(...)`", "'orbitdb escape --db my.db'"),
+     ("`catalogue.fill(code=WORD)`", "'orbitdb fill --code WORD --db my.db --a 2'"),
+     ("`orbitdb.columns.EVERY` lists them", "'orbitdb columns' lists them"),
+     ("`a=1`, `p='2-12'` or `fit_radius=True`", "--a 1, --p 2-12 or --fit-radius"),
+     ("sql 'SELECT `a` FROM `life'", "sql 'SELECT `a` FROM `life'"),
      ("no orbitdb file at 'x'", "no orbitdb file at 'x'")],
 )  # fmt: skip
-def test_advice_gains_only_missing_options_that_its_command_accepts(advised, expected):
+def test_python_becomes_a_command_with_the_options_that_it_lacks_and_takes(advised, expected):
     remember(["query", "--db", "my.db", "--a", "2"])
     assert completed(advised) == expected
     remember([])

@@ -243,7 +243,10 @@ def test_waves_are_drawn_with_an_orbit_over_them(cli, own, tmp_path, figure):
     [
         (lambda k: [*k[:5], math.nan, *k[5:]], "row 6 is nan"),
         (lambda k: [*k, math.inf], "row 22 is inf"),
-        (lambda k: [each**2 for each in k], "they look like energies: add --energies"),
+        (
+            lambda k: [each**2 for each in k],
+            "they look like energies: take their square roots (--energies for a file)",
+        ),
         (lambda k: [each**0.5 for each in k], "they look like wavenumbers"),
         (lambda k: [each / 1000 for each in k], "k is in 1/radius"),
     ],

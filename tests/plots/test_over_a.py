@@ -81,7 +81,7 @@ def test_the_figure_of_births_counts_births_and_deaths(known, tmp_path):
 
 def test_periods_without_births_are_refused(known):
     """Words of fewer than five bounces are orbits at every a or at no a."""
-    with pytest.raises(InputError, match="no births to draw: 'orbitdb births --p 11' finds them"):
+    with pytest.raises(InputError, match=r"no births to draw: `catalogue\.fill_births\(p=11\)` finds them"):
         over_a.births(known, Selection(1.6, periods=((2, 4),)))
 
 

@@ -175,7 +175,7 @@ def test_a_figure_says_which_a_it_chose(tmp_path, cli):
 def test_nothing_to_draw_is_an_error_with_lines(known):
     with pytest.raises(EmptyFigureError) as caught:
         load_function("lengths.lengths")(known, Selection(1.6, periods=((9, 9),)))
-    assert "'orbitdb fill --p 9 --a 1.6' fills it" in caught.value.lines[0]
+    assert "`catalogue.fill(p=9, a=1.6)` fills it" in caught.value.lines[0]
 
 
 @pytest.mark.slow

@@ -193,8 +193,8 @@ def test_a_list_without_its_lowest_levels_is_told_that_it_may_be_a_window(catalo
     notes = catalogue.assess(k, parity="oo", a=1.6).notes
     assert len(notes) == 1
     assert notes[0].startswith(f"the {below} lowest levels are missing: ")
-    assert "'orbitdb assess FILE --window'" in notes[0]
-    with pytest.raises(InputError, match="'orbitdb assess FILE --window'"):
+    assert "`catalogue.assess(k, window=True)`" in notes[0]
+    with pytest.raises(InputError, match=r"`catalogue\.assess\(k, window=True\)`"):
         catalogue.assess(k[k > 13.5], parity="oo")
     with pytest.raises(InputError, match="needs its levels"):
         catalogue.assess(parity="oo", window=True)
@@ -312,7 +312,7 @@ def test_a_catalogue_assesses_levels_and_refuses_bad_lists(catalogue, exact):
 def test_too_few_periods_are_refused(tmp_path):
     own = Catalogue.create(tmp_path / "orbits.db", 1.6)
     own.fill("2-6")
-    with pytest.raises(InputError, match=r"complete only up to 6 .* 'orbitdb fill --p 12 --a 1\.6'"):
+    with pytest.raises(InputError, match=r"complete only up to 6 .* `catalogue\.fill\(p=12, a=1\.6\)`"):
         own.levels(method="orbits")
     with pytest.raises(InputError, match="half length from"):
         answer(own.path, levels_from_orbits, 50.0)

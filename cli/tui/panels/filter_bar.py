@@ -145,7 +145,7 @@ class FilterBar(Static, Working):
             check(where, dict(self.filtered(where).parameters))
         except SelectionError as error:  # without the line, which stands above, and advice for the shell
             message = str(error).removeprefix(f"where {where!r}: ")
-            message = re.sub(r"[;,]? *'orbitdb [^;]*|: give each :name .*", "", message)
+            message = re.sub(r"[;,]? *`[^;]*|: give each :name .*", "", message)
             raise SelectionError(message) from error
         return ""
 

@@ -279,5 +279,5 @@ class RowsPanel(Vertical, Working):
 
 def _with_key(gap: str) -> str:
     """Add the key that does the same as the command of a note, if there is one."""
-    fills = "'orbitdb fill --p " in gap and "--geometric" not in gap
+    fills = "catalogue.fill(p=" in gap and "geometric" not in gap
     return f"{completed(gap)}, or press f" if fills else in_shell(gap)
