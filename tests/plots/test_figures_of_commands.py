@@ -188,7 +188,7 @@ def test_a_sheet_leaves_out_words_that_are_not_orbits(known):
 
 
 LIMITS = [
-    (3, ["3 of 8 classes are drawn; --limit 8 draws them all"]),
+    (3, ["3 of 8 classes are drawn; `limit=8` draws them all"]),
     pytest.param(8, [], marks=pytest.mark.slow),
 ]
 

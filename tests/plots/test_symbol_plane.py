@@ -121,7 +121,7 @@ def test_a_front_can_be_plotted():
 
 
 def test_words_without_points_are_refused(known, monkeypatch):
-    with pytest.raises(InputError, match="have points: --status orbit,dynamical"):
+    with pytest.raises(InputError, match="have points: `status='orbit,dynamical'`"):
         symbol_plane(known, Selection(1.6, statuses=(Status.GEOMETRIC,)))
     with pytest.raises(EmptyFigureError, match="nothing to draw"):
         symbol_plane(known, Selection(1.6, periods=((2, 3),), where="length > 99"))
