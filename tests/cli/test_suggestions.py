@@ -29,10 +29,10 @@ def texts(path: Path) -> Iterator[str]:
 
 
 def test_every_suggestion_of_the_library_is_a_method_and_a_command_with_its_options():
-    commands: Any = typer.main.get_command(program()).commands
+    top: Any = typer.main.get_command(program())
     options = {
         name: {each for option in command.params for each in option.opts}
-        for name, command in commands.items()
+        for name, command in top.commands.items()
     }
     suggested = {
         python
