@@ -65,8 +65,8 @@ def test_a_spectrum_covers_the_given_range_and_says_where_it_is_complete(catalog
     assert frame["length"].tolist() == found.length.tolist()
     assert frame["orbits_re"].tolist() == found.orbits.real.tolist()
     assert frame["quantum_re"].isna().all()
-    command = "orbitdb levels --k 0:30 --a 1.6" + ("" if parity is None else f" --parity {parity}")
-    assert f"'{command}'" in found.notes()[-1]
+    of = "" if parity is None else f", parity='{parity}'"
+    assert f"`catalogue.fill_levels(k=30, a=1.6{of})`" in found.notes()[-1]
 
 
 def test_a_spectrum_is_complete_up_to_the_first_unfinished_period(own):
@@ -75,8 +75,8 @@ def test_a_spectrum_is_complete_up_to_the_first_unfinished_period(own):
         assert answer(own, read_orbits, Selection(1.6))[1] == p - 1
 
 
-def test_a_spectrum_without_orbits_names_the_command_that_fills_them(catalogue):
-    with pytest.raises(InputError, match="'orbitdb fill --p 11 --a 3' finds some"):
+def test_a_spectrum_without_orbits_names_the_method_that_fills_them(catalogue):
+    with pytest.raises(InputError, match=r"`catalogue\.fill\(p=11, a=3\)` finds some"):
         catalogue.spectrum((3, 4), a=3)
 
 

@@ -43,7 +43,7 @@ def test_foreign_databases_folders_and_missing_files_are_refused(tmp_path):
         Catalogue.create(other)
     with pytest.raises(StoreError, match="folder"):
         Catalogue(tmp_path)
-    with pytest.raises(StoreError, match="orbitdb fill"):
+    with pytest.raises(StoreError, match=r"fill\(p=11\)"):
         Catalogue(tmp_path / "missing.db")
 
 

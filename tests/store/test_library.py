@@ -360,7 +360,7 @@ def test_descriptions_leave_out_empty_ranges_and_shorten_long_words(catalogue):
         ),
         ({"range": "length=3:"}, "range: not a criterion; criteria are"),
         ({"status": "good"}, "use orbit, geometric, dynamical, boundary, unresolved, some of them"),
-        ({"status": "orbit,family"}, "never stored: 'orbitdb query 02' describes it"),
+        ({"status": "orbit,family"}, r"never stored: `catalogue\.orbit\('02'\)` describes it"),
         ({"status": Status.FAMILY}, "never stored"),
         ({"symmetry": "T,xT"}, "the smallest group that contains it is x,T,xT$"),
         ({"symmetry": "yT, xT"}, "'yT, xT' is not a group: .* is xy,xT,yT$"),

@@ -201,7 +201,7 @@ def test_other_files_are_refused(parts, tmp_path):
         target.merge(parts[0])
     with closing(sqlite3.connect(parts[1])) as plain:
         plain.execute("PRAGMA user_version = 10")
-    with pytest.raises(StoreError, match=r"part-2.db has the older schema 10: run 'orbitdb migrate' first"):
+    with pytest.raises(StoreError, match=r"part-2.db has the older schema 10: run `Catalogue\.migrate"):
         target.merge(parts[1])
     assert content(target.path) == before
 
