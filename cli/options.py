@@ -383,7 +383,7 @@ class SelectionOptions:
         """
         from orbitdb.criteria import parse_ranges
         from orbitdb.errors import SelectionError
-        from orbitdb.store.where import parse_parameters
+        from orbitdb.sql_text import parse_parameters
 
         if self.parameters and self.where is None:
             raise SelectionError(

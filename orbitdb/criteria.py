@@ -12,6 +12,7 @@ from orbitdb.errors import SelectionError, check_text
 from orbitdb.open_stadium.openings import Opening
 from orbitdb.orbits.status import STORED, Status
 from orbitdb.period_ranges import MOST_RANGES, listed
+from orbitdb.sql_text import plain_number
 from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.text import guess, real
 
@@ -82,43 +83,10 @@ def pair_of(name: str, bounds: object) -> Limits:
     numbers = [bound for bound in pair if bound is not None]
     if len(pair) != 2 or not all(isinstance(bound, Real) and bound == bound for bound in numbers):
         raise SelectionError(f"{name} = {bounds!r:.40}: give two numbers such as (3, 10); either can be None")
-    low, high = (None if bound is None else _plain_number(name, bound) for bound in pair)
+    low, high = (None if bound is None else plain_number(name, bound) for bound in pair)
     if low is not None and high is not None and low > high:
         raise SelectionError(f"{name} = {bounds!r:.40} runs backwards: give {(high, low)}")
     return low, high
-
-
-def plain_values(parameters: Mapping[str, object]) -> dict[str, str | int | float]:
-    """Return values of names in SQL as texts and numbers that SQLite stores as such."""
-    if not isinstance(parameters, Mapping):
-        raise SelectionError(f"parameters = {parameters!r:.40}: give a dict of values for names in the SQL")
-    if odd := [name for name in parameters if not str(name).isidentifier()]:
-        raise SelectionError(f"parameters: {odd[0]!r:.40} is not a name such as :cut")
-    return {name: plain_value(name, value) for name, value in parameters.items()}
-
-
-def plain_value(name: str, value: object) -> str | int | float:
-    """Return a text or a number of any type as one that SQLite stores as such.
-
-    Raises `SelectionError`, which names the value, for anything else.
-    """
-    if isinstance(value, str):
-        return str(value)
-    if isinstance(value, Real):
-        return _plain_number(name, value)
-    raise SelectionError(f"{name} = {value!r:.40}: give a number or a text")
-
-
-def _plain_number(name: str, value: Real) -> int | float:
-    try:
-        whole = int(value) if isinstance(value, Integral) else None
-        return float(value) if whole is None or abs(whole) >= _LARGEST else whole
-    except OverflowError:
-        raise SelectionError(f"{name}: {value!r:.20}... is too large") from None
-
-
-_LARGEST = 2**63
-"""SQLite's whole numbers are less than this; larger ones become real numbers."""
 
 
 def parse_range(text: str) -> tuple[str, Limits]:

@@ -17,12 +17,12 @@ from orbitdb.criteria import (
     pair_of,
     parse_statuses,
     parse_symmetry,
-    plain_values,
 )
 from orbitdb.errors import SelectionError
 from orbitdb.open_stadium.openings import Opening, parse_openings, spans_on
 from orbitdb.orbits.status import STORED, Status
 from orbitdb.period_ranges import listed, parse_periods
+from orbitdb.sql_text import plain_values
 from orbitdb.symbols.words import least_rotation, parse, parse_primitive
 from orbitdb.text import format_float, guess, printable, several, shortened
 

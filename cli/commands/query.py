@@ -277,7 +277,7 @@ def sql(
     rotation.
     """
     from orbitdb.catalogue import Catalogue
-    from orbitdb.store.where import parse_parameters
+    from orbitdb.sql_text import parse_parameters
 
     with Catalogue(db).snapshot() as then:
         answer = then.sql(statement, parse_parameters(parameters or (), statement))

@@ -24,12 +24,12 @@ from orbitdb.open_stadium.tails import tails
 from orbitdb.orbits.exponents import OrbitClasses, Tally
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.selection import Selection
+from orbitdb.sql_text import reads_codes
 from orbitdb.store.lookup import counts_at
 from orbitdb.store.periods import Sweep
 from orbitdb.store.select import WORDS, Words, arrays_of
 from orbitdb.store.sqlite import Connection
 from orbitdb.store.tables import readable
-from orbitdb.store.where import reads_codes
 from orbitdb.symbols.words import packed, unpack
 
 

@@ -18,12 +18,13 @@ from orbitdb.orbits.least_values import (
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.period_ranges import LEAST_PERIOD, written_periods
 from orbitdb.selection import Selection
+from orbitdb.sql_text import codes_are_texts, reads_codes
 from orbitdb.store.conditions import asks_of_lives, parse_order
 from orbitdb.store.lookup import WITH_ORBITS, a_values, default_a
 from orbitdb.store.periods import Fill, Sweep, read_birth_fills, read_fills, read_pruned_fills, read_sweeps
 from orbitdb.store.select import count
 from orbitdb.store.sqlite import DATABASE_ERRORS, Connection
-from orbitdb.store.where import check, codes_are_texts, reads_codes
+from orbitdb.store.where import check
 from orbitdb.symbols.enumeration import MAX_PERIOD
 from orbitdb.symbols.pruning import count_pruned, rules_of_pattern
 from orbitdb.text import format_float, several, shortened

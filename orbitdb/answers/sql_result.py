@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from orbitdb.columns import Row
 from orbitdb.display import MOST_SHOWN, columns_of, data_frame, html_of, text_table
+from orbitdb.sql_text import codes_are_texts, reads_codes
 from orbitdb.store.sqlite import Connection
-from orbitdb.store.where import codes_are_texts, reads_codes, run_statement
+from orbitdb.store.where import run_statement
 from orbitdb.text import shortened
 
 if TYPE_CHECKING:

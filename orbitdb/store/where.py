@@ -9,15 +9,15 @@ import re
 import sqlite3
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple
 
 from sqlalchemy import BindParameter, Connection, TextClause, bindparam, text
 
 from orbitdb.columns import EVERY
-from orbitdb.criteria import plain_values
 from orbitdb.errors import SelectionError
+from orbitdb.sql_text import LEXED, Parameters, as_typed, plain_values
 from orbitdb.store import tables as t
 from orbitdb.store.file import open_empty
 from orbitdb.store.sqlite import (
@@ -29,11 +29,7 @@ from orbitdb.store.sqlite import (
     of_file,
 )
 from orbitdb.store.views import CLASS_COLUMNS, VIEWS, WORD_COLUMNS
-from orbitdb.symbols.words import SYMBOLS
-from orbitdb.text import guess, line, real, shortened
-
-Value = str | int | float
-Parameters = Mapping[str, Value]
+from orbitdb.text import guess, line, shortened
 
 SECONDS = 60.0
 """Time limit in seconds for a statement, or for a query with a free expression."""
@@ -55,8 +51,6 @@ _ALLOWED = {
     sqlite3.SQLITE_RECURSIVE,
 }
 _OF_CLASSES = CLASS_COLUMNS.keys() - {"cycle"}  # an index on ids would change the order of the rows
-_OF_CODES = {"code", "codes", "representative", "word", "words", "contains"}
-"""The columns of views and tables that hold codes, and the functions of words."""
 _STOPPED = (sqlite3.SQLITE_INTERRUPT, sqlite3.SQLITE_AUTH)
 _FAILED = ("user-defined function raised exception", "not authorized")
 """Codes of SQLite's errors if a function of Python fails or refuses to go on, and what the messages of those
@@ -107,7 +101,7 @@ def watched(
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
         if patience.reason == _CANCELLED:
             raise CancelledError from error
-        reason = patience.reason or _told(driver)
+        reason = patience.reason or str(driver.failure or "")  # of a function of words
         if not reason and _was_signal(error):
             raise KeyboardInterrupt from error
         if sql is None or isinstance(error, SelectionError) or (not reason and of_file(error)):
@@ -116,11 +110,6 @@ def watched(
     finally:
         with suppress(sqlite3.ProgrammingError):  # closed by SQLAlchemy after Ctrl-C
             driver.set_progress_handler(never, STEPS_BETWEEN_SIGNALS)
-
-
-def _told(driver: Driver) -> str:
-    """Return why a function of words failed, which SQLite does not say."""
-    return str(driver.failure or "")
 
 
 def _was_signal(error: Exception) -> bool:
@@ -228,11 +217,6 @@ def _stage() -> Driver:
     return stage
 
 
-_LEXED = re.compile(
-    r"""'[^']*'|"[^"]*"|`[^`]*`|\[[^\]]*\]|--[^\n]*|/\*.*?(?:\*/|\Z)|[:@$](?P<name>[^\W\d]\w*)?""", re.DOTALL
-)
-
-
 def expression(where: str, parameters: Parameters) -> TextClause:
     """Return a checked expression as a condition of SQLAlchemy, with its values.
 
@@ -247,7 +231,7 @@ def expression(where: str, parameters: Parameters) -> TextClause:
     values: list[BindParameter[Any]] = [
         bindparam(f"given_{name}", value) for name, value in parameters.items()
     ]
-    return text(f"(\n{_LEXED.sub(lexed, where)}\n)").bindparams(*values)
+    return text(f"(\n{LEXED.sub(lexed, where)}\n)").bindparams(*values)
 
 
 # statements
@@ -296,7 +280,7 @@ def _fetched(
 
 def _refusal(sql: str, message: str, what: str) -> str:
     """Return a message that says which SQL was refused, why, and what to change."""
-    message = _as_typed(message, sql)
+    message = as_typed(message, sql)
     _, no_table, name = message.partition("no such table: ")
     if no_table:
         message = f"{message}: {guess(name, READABLE)}it can read {', '.join(READABLE)}"
@@ -318,80 +302,3 @@ def _check_names(asked: _Asked) -> None:
     """Raise `ValueError` if SQL lacks the name of a value."""
     if idle := asked.keys() - asked.names:
         raise ValueError(f"it has no :{', :'.join(sorted(idle))}: leave out its value")
-
-
-# words in SQL
-
-
-_AS_TYPED = re.compile(
-    r"\b(?:code|representative|word)\s*(?:[=<>!]+|in\s*\()\s*'?([0-5]{2,})\b", re.IGNORECASE
-)
-_WITH_ZEROS = re.compile(r"(?<![\w.])0+([1-9][0-9]*)(?![\w.])")
-
-
-def codes_are_texts(sql: str) -> str:
-    """Return a sentence that says how to write the words in an expression or a statement, if it has any."""
-    typed = _AS_TYPED.search(sql)
-    example = f"code('{typed[1] if typed else '31'}')"
-    return f"codes are texts, each the least rotation of its word: write words with code(), such as {example}"
-
-
-def _as_typed(message: str, sql: str) -> str:
-    """Give the numbers in a message the zeros with which they begin in SQL, which SQLite drops."""
-    for typed in _WITH_ZEROS.finditer(_LEXED.sub("", sql)):
-        message = re.sub(rf"(?<![\w.]){typed[1]}(?![\w.])", typed[0], message)
-    return message
-
-
-def reads_codes(sql: str) -> bool:
-    """Tell whether an expression or a statement names a column or a function of codes."""
-    return not _OF_CODES.isdisjoint(re.findall(r"\w+", _LEXED.sub("", sql).lower()))
-
-
-def bound_names(sql: str) -> set[str]:
-    """Return the names (``:name``) in an expression or a statement."""
-    return {part["name"] for part in _LEXED.finditer(sql) if part["name"]}
-
-
-_LARGEST_INTEGER = 2**63
-
-
-def parse_parameters(texts: Iterable[str], sql: str) -> dict[str, Value]:
-    """Read the values of names in SQL, such as ``cut=0.5`` or ``word=0103``.
-
-    A value in quotes is a text, and so are digits that begin with 0.
-
-    Raises
-    ------
-    SelectionError
-        If a text is not of the form ``name=value``, or digits such as 13 could be a word or a number in SQL
-        that reads codes.
-    """
-    found = [_parameter(text, sql) for text in texts]
-    names = [name for name, _ in found]
-    if twice := [name for place, name in enumerate(names) if name in names[:place]]:
-        raise SelectionError(f"--parameter {twice[0]} is given twice: give it once")
-    return dict(found)
-
-
-def _parameter(text: str, sql: str) -> tuple[str, Value]:
-    name, sign, value = text.partition("=")
-    name, value = name.strip(), value.strip()
-    if not sign or not name.isidentifier():
-        raise SelectionError(f"--parameter {text!r}: write it as name=value")
-    if len(value) > 1 and value[0] == value[-1] and value[0] in "'\"":
-        return name, value[1:-1]
-    try:
-        number: float = real(value)
-    except ValueError:
-        return name, value
-    if not re.fullmatch(r"[+-]?[0-9]+", value):
-        return name, number
-    if abs(number) >= _LARGEST_INTEGER or (len(value) > 1 and value[0] == "0"):
-        return name, value
-    if len(value) == 1 or not set(value) <= set(SYMBOLS) or not reads_codes(sql):
-        return name, int(value)
-    raise SelectionError(
-        f"--parameter {text}: this could be a word or a number: write \"{name}='{value}'\" for the word, "
-        f"{name}=+{value} for the number"
-    )

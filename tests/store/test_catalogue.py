@@ -15,11 +15,11 @@ from orbitdb.filling.estimate import SWEEP, Need, about, check_room, duration, n
 from orbitdb.filling.fill import fill_periods
 from orbitdb.filling.sweeps import sweep_periods
 from orbitdb.selection import Selection
+from orbitdb.sql_text import bound_names
 from orbitdb.store.file import migrate, reading
 from orbitdb.store.periods import room
 from orbitdb.store.tables import APPLICATION_ID, PAGE_SIZE, SCHEMA_VERSION, TABLES
 from orbitdb.store.views import VIEWED as COLUMNS
-from orbitdb.store.where import bound_names
 from orbitdb.symbols.pruning import count_admissible, count_pruned
 from orbitdb.text import gigabytes
 

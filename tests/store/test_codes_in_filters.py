@@ -10,7 +10,7 @@ from orbitdb import Catalogue
 from orbitdb.errors import SelectionError
 from orbitdb.filling.fill import fill_words
 from orbitdb.selection import Selection
-from orbitdb.store.where import parse_parameters
+from orbitdb.sql_text import parse_parameters
 from orbitdb.symbols.pruning import rule_numbers, rules_broken, rules_of_pattern
 from orbitdb.symbols.symmetry import members
 from orbitdb.symbols.words import least_rotation, parse

@@ -17,7 +17,8 @@ from orbitdb.cli.tui.stored import USUAL, Kept, Ordering, begun_periods
 from orbitdb.errors import SelectionError
 from orbitdb.orbits.status import Status
 from orbitdb.selection import Selection
-from orbitdb.store.where import bound_names, check
+from orbitdb.sql_text import bound_names
+from orbitdb.store.where import check
 from orbitdb.text import as_options, format_float, printable, shell_line
 
 SHOWN = (Status.ORBIT, Status.DYNAMICAL, Status.BOUNDARY, Status.GEOMETRIC, Status.UNRESOLVED)
