@@ -101,7 +101,7 @@ def watched(
     except (sqlite3.Error, sqlite3.Warning, ValueError, OverflowError) as error:
         if patience.reason == _CANCELLED:
             raise CancelledError from error
-        reason = patience.reason or str(driver.failure or "")  # of a function of words
+        reason = patience.reason or _told(driver)
         if not reason and _was_signal(error):
             raise KeyboardInterrupt from error
         if sql is None or isinstance(error, SelectionError) or (not reason and of_file(error)):
@@ -110,6 +110,11 @@ def watched(
     finally:
         with suppress(sqlite3.ProgrammingError):  # closed by SQLAlchemy after Ctrl-C
             driver.set_progress_handler(never, STEPS_BETWEEN_SIGNALS)
+
+
+def _told(driver: Driver) -> str:
+    """Return why a function of words failed, which SQLite does not say."""
+    return str(driver.failure or "")
 
 
 def _was_signal(error: Exception) -> bool:
