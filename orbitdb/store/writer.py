@@ -15,7 +15,7 @@ from sqlalchemy.pool import StaticPool
 from orbitdb import __version__
 from orbitdb.billiard.arithmetic import arithmetic
 from orbitdb.store import tables as t
-from orbitdb.store.file import open_to_write, reading
+from orbitdb.store.file import open_to_write, read_alone, reading
 from orbitdb.store.file_kind import need_newest
 from orbitdb.store.journal import JOURNAL_LIMIT, checkpoint, count_transaction, remove_journal_of
 from orbitdb.store.paths import FileId, absolute_path, check_same_file, file_id, journal_ids
@@ -82,9 +82,11 @@ class Writer:
     @contextmanager
     def attached(self, path: Path) -> Iterator[None]:
         """Attach another catalogue as ``part``, for transactions within the block."""
-        with plain_errors(path):
+        with plain_errors(self.path):
             self._engine.connect().close()
-            self._drivers[0].execute("ATTACH ? AS part", (uri_of(path, "rw"),))
+        with plain_errors(path):
+            uri = uri_of(path, "rw") + "&immutable=1" * read_alone(path)
+            self._drivers[0].execute("ATTACH ? AS part", (uri,))
         try:
             yield
         finally:

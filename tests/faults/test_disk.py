@@ -16,6 +16,8 @@ from contents import content, is_sound
 from processes import run, run_several, small_blocks
 from quick import fuzz_but
 
+from orbitdb.catalogue import Catalogue
+
 pytestmark = pytest.mark.slow
 
 resource = pytest.importorskip("resource")
@@ -94,12 +96,14 @@ def test_a_catalogue_on_a_full_disk_can_still_be_read(filled, disk):
     with open(path.with_name("rest"), "wb", buffering=0) as rest, contextlib.suppress(OSError):
         while True:
             rest.write(bytes(1024))
+    refused = (["delete", "--a", "1.6", "--p", "8", "--yes"], ["merge", str(filled)])
     for _ in range(2):
-        *found, (_, refused, told) = run_several(
-            [*READING, ["delete", "--a", "1.6", "--p", "8", "--yes"]], path
-        )
-        assert [(code, err) for _, code, err in found if code] == []
-        assert (refused, "delete other files" in told, told.count("\n")) == (3, True, 1)
+        found = run_several([*READING, *refused], path)
+        assert [code for _, code, _ in found] == [0] * len(READING) + [3] * len(refused)
+        for _, _, told in found[len(READING) :]:
+            assert f"orbitdb: {path} " in told
+            assert "delete other files" in told
+            assert told.count("\n") == 1
     path.with_name("rest").unlink()
     assert content(path) == before
 
@@ -195,6 +199,16 @@ def test_write_protected_catalogues_can_be_read_but_not_written(locked, file, fo
     locked.chmod(0o644)
     assert content(locked) == before
     assert run("fill", "--p", "8", "--a", "1", "--db", locked, preexec_fn=drop_rights).returncode == 0
+
+
+def test_write_protected_parts_can_be_merged_and_made(locked, tmp_path):
+    locked.chmod(0o444)
+    locked.parent.chmod(0o555)
+    target, part = Catalogue.create(tmp_path / "all.db").path, tmp_path / "part.db"
+    for command, path in (["merge", str(locked)], target), (["export", str(part), "--a", "1.6"], locked):
+        assert run_several([command], path, preexec_fn=drop_rights)[0][1] == 0
+    assert [each.name for each in locked.parent.iterdir()] == [locked.name]
+    assert content(target) == content(part) == content(locked)
 
 
 _READ_TWICE = """
