@@ -825,9 +825,9 @@ class Catalogue:
             rows = then.rows(chosen, order=order, limit=limit, classes=True)
             if not len(subset):
                 return 0
-            told = rows.provenance()
-            told["command"] = atlas_command(page, told["database"], chosen, order, limit)
-            return write_atlas(page, subset, told | {"made_by": made_by(connection)})
+            told = rows.provenance() | {"made_by": made_by(connection)}
+        told["command"] = atlas_command(page, told["database"], chosen, order, limit)
+        return write_atlas(page, subset, told)
 
     def copy(
         self,

@@ -171,10 +171,10 @@ def _write_atlas(
     from orbitdb.orbits.status import Status
 
     with snapshot(db, a, choice) as (catalogue, selections), progress("atlas"):
-        count = catalogue.atlas(file, selections, order=order, limit=limit, force=force)
         orbits = [replace(chosen, statuses=(Status.ORBIT,)) for chosen in selections]
         listing = catalogue.rows(orbits, order=order, limit=limit, classes=True)
         said, absent, subject = listing.notes, listing.absent, listing.describe()
+        count = catalogue.atlas(file, selections, order=order, limit=limit, force=force)
     notes(f"{text}: nothing is written" if text in absent else text for text in said)
     if not count:
         raise typer.Exit(1)

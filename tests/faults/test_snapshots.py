@@ -235,6 +235,17 @@ def test_what_is_written_from_a_replaced_file_never_gets_its_name(catalogue, oth
     assert {each.name for each in tmp_path.iterdir()} == {catalogue.path.name, other.name}
 
 
+def test_an_atlas_of_a_replaced_file_is_not_written(catalogue, other, tmp_path, monkeypatch):
+    def replaced_meanwhile(connection):
+        moved_over(other, catalogue.path)
+        return []
+
+    monkeypatch.setattr("orbitdb.answers.dataset.made_by", replaced_meanwhile)
+    with pytest.raises(StoreError, match=REPLACED):
+        catalogue.atlas(tmp_path / "atlas.html", p="2-4")
+    assert not (tmp_path / "atlas.html").exists()
+
+
 @pytest.mark.parametrize("cut", [True, False])
 def test_a_sound_file_that_replaced_another_is_not_called_damaged(catalogue, other, cut):
     def read():
