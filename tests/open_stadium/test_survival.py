@@ -83,7 +83,7 @@ def test_survival_agrees_with_another_map(case):
     agree(case, 20_000, 30)
 
 
-@pytest.mark.slow
+@pytest.mark.fuzz
 @pytest.mark.parametrize("case", CASES[1:2], ids=str)
 def test_survival_of_a_million_agrees_with_another_map(case):
     agree(case, 1_000_000, 20)
