@@ -368,20 +368,20 @@ class Catalogue:
 
     @overload
     def find(  # type: ignore[overload-overlap]  # a text is also an iterable of texts
-        self, word: str, *, errors: str = "raise", a: float | None = None
+        self, code: str, *, errors: str = "raise", a: float | None = None
     ) -> Orbit | None: ...
     @overload
     def find(
-        self, word: Iterable[str], *, errors: str = "raise", a: float | None = None
+        self, code: Iterable[str], *, errors: str = "raise", a: float | None = None
     ) -> list[Orbit | None]: ...
     def find(
-        self, word: str | Iterable[str], *, errors: str = "raise", a: float | None = None
+        self, code: str | Iterable[str], *, errors: str = "raise", a: float | None = None
     ) -> Orbit | list[Orbit | None] | None:
         """Return the stored orbit of a primitive word, in the given rotation, or None if it is not stored.
 
         Parameters
         ----------
-        word : str or iterable of str
+        code : str or iterable of str
             Symbols 0 to 5, or run notation. For several words, which are one question, it returns a list.
         errors : str, optional
             ``skip`` to leave out words of a list that cannot be read; by default they raise.
@@ -391,8 +391,8 @@ class Catalogue:
         WordError
             If a text is not a word; of a list, all such words are named by their places.
         """
-        alone = isinstance(word, str)
-        words = read_words(as_texts("word", word), errors, parse)
+        alone = isinstance(code, str)
+        words = read_words(as_texts("code", code), errors, parse)
         with self._reading() as connection:
             found = find_words(connection, words, self._at(a, connection))
         return found[0] if alone else found
@@ -417,15 +417,15 @@ class Catalogue:
 
     @overload
     def orbit(  # type: ignore[overload-overlap]  # a text is also an iterable of texts
-        self, word: str, *, errors: str = "raise", a: float | None = None, exists: bool = False
+        self, code: str, *, errors: str = "raise", a: float | None = None, exists: bool = False
     ) -> Orbit: ...
     @overload
     def orbit(
-        self, word: Iterable[str], *, errors: str = "raise", a: float | None = None, exists: bool = False
+        self, code: Iterable[str], *, errors: str = "raise", a: float | None = None, exists: bool = False
     ) -> list[Orbit]: ...
     def orbit(
         self,
-        word: str | Iterable[str],
+        code: str | Iterable[str],
         *,
         errors: str = "raise",
         a: float | None = None,
@@ -436,7 +436,7 @@ class Catalogue:
         With `exists`, the ranges of ``a`` in which it exists are computed if they are not stored. The other
         parameters are those of `find`; for several words, it returns a list.
         """
-        words = read_words(as_texts("word", word), errors)
+        words = read_words(as_texts("code", code), errors)
         with self._reading() as connection:
             at = self._at(a, connection)
             found = find_words(connection, words, at)
@@ -447,7 +447,7 @@ class Catalogue:
             solved = iter(solve_words(new, Stadium(at)))
             found = [next(solved) if orbit is None else orbit for orbit in found]
         orbits = [with_existence(orbit) if exists else orbit for orbit in found if orbit is not None]
-        return orbits[0] if isinstance(word, str) else orbits
+        return orbits[0] if isinstance(code, str) else orbits
 
     def born_with(self, orbit: Orbit) -> list[tuple[float, list[str]]]:
         """Return the stored births of an orbit, each with the classes that are born on the same path.
@@ -1591,7 +1591,7 @@ class Catalogue:
 
     def assess(
         self,
-        k: "ArrayLike | None" = None,
+        levels: "ArrayLike | None" = None,
         *,
         parity: "Parity | str | None" = None,
         window: bool = False,
@@ -1606,7 +1606,7 @@ class Catalogue:
 
         Parameters
         ----------
-        k : array-like, shape (N,), optional
+        levels : array-like, shape (N,), optional
             The levels in 1/radius, beginning with the lowest unless they are a window; by default the stored
             ones.
         parity : str, optional
@@ -1624,7 +1624,7 @@ class Catalogue:
 
         with self._reading() as connection:
             how = fit_radius, window, radius_error, noise
-            found = assess_levels(connection, self._at(a, connection), k, parity, *how)
+            found = assess_levels(connection, self._at(a, connection), levels, parity, *how)
             return self._noted(found, a, connection)
 
     def level_statistics(

@@ -113,12 +113,12 @@ def _orbit_of(orbits: Orbits, row: int, word: str, family: SymmetryClass, a: flo
     )
 
 
-def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orbit:
+def solve_word(code: str, stadium: Stadium | float, exists: bool = False) -> Orbit:
     """Solve one primitive word of any period, in any rotation.
 
     Parameters
     ----------
-    word : str
+    code : str
         Symbols 0..5 or run notation. Words that are geometrically pruned are not solved.
     stadium : Stadium or float
         The stadium, or its half length.
@@ -145,7 +145,7 @@ def solve_word(word: str, stadium: Stadium | float, exists: bool = False) -> Orb
     >>> solve_word("013", 1.6, exists=True).exists
     ((0.0, None),)
     """
-    symbols = parse_primitive(word)
+    symbols = parse_primitive(code)
     (orbit,) = solve_words([symbols], as_stadium(stadium))
     return replace(orbit, exists=tuple(existence(symbols))) if exists else orbit
 
@@ -154,12 +154,12 @@ LONGEST = 200
 """Largest number of bounces of a word that is followed as a varies."""
 
 
-def existence(word: str) -> "list[tuple[float, float | None]]":
+def existence(code: str) -> "list[tuple[float, float | None]]":
     """Find the ranges of a in which a word is an orbit.
 
     Parameters
     ----------
-    word : str
+    code : str
         Symbols 0..5, in any rotation. Pruned words, the family 02 and repetitions have no ranges.
 
     Returns
@@ -177,7 +177,7 @@ def existence(word: str) -> "list[tuple[float, float | None]]":
     >>> existence("013")
     [(0.0, None)]
     """
-    symbols = parse(word)
+    symbols = parse(code)
     if len(symbols) > LONGEST:
         raise InputError(
             f"a word of {len(symbols)} bounces is too long to follow as a varies: give at most {LONGEST}"

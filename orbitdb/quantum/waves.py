@@ -33,7 +33,7 @@ from orbitdb.progress import Tell, nobody
 from orbitdb.quantum.condensation import eigenfunctions, one_thread
 from orbitdb.quantum.elements import nodes
 from orbitdb.quantum.exact_levels import LevelTask, level_tasks
-from orbitdb.quantum.weyl import Parity, one_parity, weyl
+from orbitdb.quantum.weyl import Parity, Wavenumbers, k_range, one_parity, weyl
 from orbitdb.text import format_float
 
 if TYPE_CHECKING:
@@ -165,15 +165,15 @@ class Wave:
         return drawn(figure_name(kind, ("wave", "husimi")), (self, orbit), title, ax)
 
 
-def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | str) -> Iterator[Wave]:
+def waves(stadium: Stadium | float, k: Wavenumbers, parity: Parity | str) -> Iterator[Wave]:
     """Yield the waves of all levels of one parity with low <= k < high, in ascending order of k.
 
     Parameters
     ----------
     stadium : Stadium or float
         The stadium or its half length.
-    low, high : float
-        The ends of the range of k, in 1/radius.
+    k : float or (float, float)
+        The range of wavenumbers, in 1/radius; a single number is its upper end.
     parity : Parity or str
         ``ee``, ``eo``, ``oe`` or ``oo``, for even or odd in x and then in y.
 
@@ -182,13 +182,13 @@ def waves(stadium: Stadium | float, low: float, high: float, parity: Parity | st
     InputError
         If the half length or the range is outside the tested limits (`exact_levels.level_tasks`).
     """
-    at, of = as_stadium(stadium), one_parity(parity)
+    at, of, (low, high) = as_stadium(stadium), one_parity(parity), k_range(k)
     if of is None:
         raise InputError("waves have one parity: name it, such as 'ee'")
     for task in level_tasks(at, of, low, high):
         cells, levels = _functions(task)
-        for k, function in levels:
-            yield Wave(at, of, k, function, cells)
+        for level, function in levels:
+            yield Wave(at, of, level, function, cells)
 
 
 def nearest_wave(stadium: Stadium | float, k: float, parity: Parity | str) -> Wave:
@@ -198,7 +198,7 @@ def nearest_wave(stadium: Stadium | float, k: float, parity: Parity | str) -> Wa
     near: list[Wave] = []
     while not near:
         width += 2 * spacing
-        near = list(waves(at, max(k - width, 0.0), k + width, parity))
+        near = list(waves(at, (max(k - width, 0.0), k + width), parity))
     return min(near, key=lambda wave: abs(wave.k - k))
 
 

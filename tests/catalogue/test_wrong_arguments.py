@@ -11,7 +11,7 @@ from orbitdb import Catalogue, InputError
 
 orbitdb: Any = orbitdb_  # so that wrong types can be given
 
-REQUIRED = {"k": 5.0, "word": "13", "length": 10.4, "p": 2, "a": 1.6, "name": "lengths",
+REQUIRED = {"k": 5.0, "code": "13", "length": 10.4, "p": 2, "a": 1.6, "name": "lengths",
             "statement": "SELECT 1 AS one", "column": "length", "columns": ["p"],
             "folder": "data", "kappa": 0.05, "target": "nowhere/copy.db", "path": "atlas.html",
             "paths": ["part.db"]}  # fmt: skip
@@ -85,7 +85,7 @@ def test_an_argument_of_a_wrong_type_is_an_error_and_stores_nothing(catalogue, m
         (lambda c: orbitdb.levels(1.6, "oo"), "k = 'oo': give a number"),
         (lambda c: orbitdb.solve(7.5, 1.6), "a code is a string"),
         (lambda c: orbitdb.simulate(1.6, 1000, seed=-1), "seed = -1"),
-        (lambda c: next(orbitdb.waves(1.6, 1, 2, None)), "waves have one parity"),
+        (lambda c: next(orbitdb.waves(1.6, (1, 2), None)), "waves have one parity"),
     ],
 )
 def test_a_wrong_value_is_named_as_one_writes_it_in_python(catalogue, call, said):
@@ -135,7 +135,7 @@ def test_masked_values_are_left_out_and_complex_ones_refused(catalogue):
 
 
 def test_a_wave_is_blank_where_a_point_is_masked_and_has_no_complex_points():
-    wave = next(orbitdb.waves(1.6, 1, 4, "ee"))
+    wave = next(orbitdb.waves(1.6, (1, 4), "ee"))
     x = np.ma.array([0.1, 0.2], mask=[False, True])
     assert wave.psi(x, 0.3)[0] == pytest.approx(wave.psi(0.1, 0.3))
     assert np.isnan(wave.psi(x, 0.3)[1])

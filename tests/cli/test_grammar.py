@@ -141,5 +141,15 @@ def test_an_argument_of_python_has_the_name_of_the_option(command):
         assert argument in arguments, f"{command} {name}: Python has {sorted(arguments)}"
 
 
+@pytest.mark.parametrize("of", [Catalogue, orbitdb])
+def test_python_has_one_name_for_one_thing(of):
+    """Not ``periods`` beside ``p``, ``low`` and ``high`` beside ``k``, or ``word`` beside ``code``."""
+    called = dict(inspect.getmembers(of, inspect.isfunction))
+    taken = {name: {*inspect.signature(call).parameters} for name, call in called.items() if name[0] != "_"}
+    gone = {"periods", "low", "high", "k_max", "parities", "word", "proof", "rigorous", "reversal"}
+    assert {name: names & gone for name, names in taken.items() if names & gone} == {}
+    assert len(taken) > 5
+
+
 def test_the_program_has_at_most_28_commands():
     assert len(COMMANDS) <= 28

@@ -152,7 +152,7 @@ def test_levels_and_waves_draw_all_their_figures():
 
 @pytest.mark.slow
 def test_a_wave_draws_psi_squared_and_its_husimi_function_in_units_of_their_means():
-    wave = next(iter(waves(1.6, 3.0, 6.0, "ee")))
+    wave = next(iter(waves(1.6, (3.0, 6.0), "ee")))
     (image,) = wave.plot().images
     shown = np.asarray(image.get_array())
     y, x = (np.linspace(-1, 1, n, endpoint=False) + 1 / n for n in shown.shape)

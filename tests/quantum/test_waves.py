@@ -22,7 +22,7 @@ A = 1.6
 @pytest.fixture(scope="module")
 def few():
     """The waves of parity oo from k = 8 to 10 at a = 1.6."""
-    return list(waves(A, 8, 10, "oo"))
+    return list(waves(A, (8, 10), "oo"))
 
 
 def quarter(a=A, size=40):
@@ -53,7 +53,7 @@ def test_waves_are_orthonormal(few):
 @pytest.mark.slow
 def test_waves_have_their_parity_and_are_nan_outside(few):
     x, y = np.array([0.3, 1.2, 2.4]), np.array([0.2, 0.7, 0.3])
-    for parity, wave in ((Parity.OO, few[0]), (Parity.EO, next(waves(A, 3, 4, "eo")))):
+    for parity, wave in ((Parity.OO, few[0]), (Parity.EO, next(waves(A, (3, 4), "eo")))):
         assert np.abs(wave.psi(x, y)).max() > 0.05
         np.testing.assert_allclose(wave.psi(-x, y), parity.signs[0] * wave.psi(x, y), atol=1e-12)
         np.testing.assert_allclose(wave.psi(x, -y), parity.signs[1] * wave.psi(x, y), atol=1e-12)
@@ -134,7 +134,7 @@ def test_scar_strength_is_the_mean_of_psi_squared_along_the_orbit(few):
 
 @pytest.mark.slow
 def test_the_mean_scar_strength_is_one_or_two_or_zero_on_an_axis():
-    every = {parity: list(waves(A, 2, 14, parity)) for parity in Parity}
+    every = {parity: list(waves(A, (2, 14), parity)) for parity in Parity}
     for word, wanted in (("13", {"ee": 2, "oe": 2, "eo": 0, "oo": 0}), ("013", dict.fromkeys(Parity, 1))):
         orbit = solve_word(word, A)
         for parity, found in every.items():
@@ -164,7 +164,7 @@ def test_scars_are_sorted_by_strength_and_compared_with_neighbouring_levels(few)
     assert one.above == pytest.approx(
         next(z for k, z in above.items() if abs(k - one.k) < 1e-9), rel=1e-6
     )  # whatever the range
-    every = list(waves(A, 0, 13, Parity.OO))
+    every = list(waves(A, (0, 13), Parity.OO))
     here = next(n for n, wave in enumerate(every) if abs(wave.k - one.k) < 1e-9)
     others = [wave.strength(orbit) for wave in every[max(here - NEIGHBOURS, 0) : here + NEIGHBOURS + 1]]
     own = others.pop(min(here, NEIGHBOURS))
