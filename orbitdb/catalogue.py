@@ -1774,7 +1774,7 @@ class Catalogue:
         --------
         >>> figure = catalogue.plot("life", code="010203113", size=3.39)
         >>> figure.axes[0].get_title()
-        '010203113 is born at $a = 0.0890556$'
+        '010203113 is born at $a = 0.386253$'
         """
         draw = load("orbitdb.plots.by_name", "plot", "plot").plot
         of_figure = {

@@ -1,8 +1,9 @@
 """The figure of `assess`: how many levels are missing below each k."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
@@ -20,7 +21,7 @@ _SURE, _LIGHT = 0.9, 0.35
 """Least probability of what is drawn in full, and the opacity of the rest."""
 _SHADE = 0.15
 _ROOM = (0.1, 0.35)
-"""Margin below and above the points, in units of their range; the name of the last gap needs the larger."""
+"""Margin below and above the points, in units of their range; the name of a gap needs the larger."""
 _MOST_NAMES = 12
 """Gaps are named if there are not more of them."""
 
@@ -49,15 +50,22 @@ def draw_assess(ax: Axes, assessment: "Assessment") -> None:
     excess = assessment.excess - (assessment.first - 1)
     sure = assessment.probability >= _SURE
     label = r"$N_\mathrm{orbits}(k) - N_\mathrm{list}(k)$"
-    ax.plot(assessment.k[sure], excess[sure], ".", color=BLUE, markersize=4, label=label)
-    ax.plot(assessment.k[~sure], excess[~sure], ".", color=BLUE, markersize=4, alpha=_LIGHT)
+    dots: dict[str, Any] = {
+        "marker": ".",
+        "linestyle": "",
+        "color": BLUE,
+        "markersize": 0.8 * rcParams["lines.markersize"],
+    }
+    ax.plot(assessment.k[sure], excess[sure], label=label, **dots)
+    ax.plot(assessment.k[~sure], excess[~sure], alpha=_LIGHT, **dots)
     for gap in assessment.gaps:
         low = assessment.k[0] if gap.after is None else gap.after
         high = assessment.k[-1] if gap.before is None else gap.before
         alpha = _SHADE if gap.probability >= _SURE else _SHADE * _LIGHT
         ax.axvspan(low, high, color=ORANGE, alpha=alpha, linewidth=0)
     low, high = ax.dataLim.intervaly
-    ax.set_ylim(low - _ROOM[0] * (high - low), high + _ROOM[1] * (high - low))
+    below, above = _ROOM if len(assessment.gaps) <= _MOST_NAMES else (_ROOM[0], _ROOM[0])
+    ax.set_ylim(low - below * (high - low), high + above * (high - low))
     ax.yaxis.set_major_locator(MaxNLocator(integer=True))
     ends = (assessment.k[0] if assessment.window else 0, assessment.k[-1])
     ax.set(xlabel="$kR$", ylabel="levels missing below $k$", xlim=ends)

@@ -60,4 +60,3 @@ def _draw(ax: Axes, found: "Escape", by: str) -> None:
         shown = tail < 1
         ax.plot(at[shown], tail[shown], "--", color=GREY, label="tail")
     ax.set(xscale="log", yscale="log", xlabel=_AXES[by], ylabel="survival", ylim=(lowest, 1.5))
-    ax.legend()

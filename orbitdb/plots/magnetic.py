@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from itertools import cycle
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 
 from orbitdb.answers.field import FieldOrbits, follow_word, follow_words
@@ -16,7 +17,7 @@ from orbitdb.magnetic.action import ArcPaths
 from orbitdb.magnetic.field_status import IN_FIELD, FieldStatus
 from orbitdb.orbits.solve import solve_word
 from orbitdb.plots.paths import draw_stadium
-from orbitdb.plots.style import BLUE, GREY, INK, INKS, PURPLE, Picture, closed, figure, short
+from orbitdb.plots.style import BLUE, GREY, INK, INKS, PURPLE, Picture, closed, figure, short, width_or
 from orbitdb.symbols.words import least_rotation
 from orbitdb.text import format_float, shortened
 
@@ -48,11 +49,12 @@ def draw_arcs(ax: Axes, stadium: Stadium, paths: ArcPaths, straight: Floats | No
     arcs = points_on_arcs(paths)
     if straight is not None:
         ax.plot(*closed(straight).T, "--", color=GREY, linewidth=1, zorder=3, label="without the field")
-    ax.plot(*arcs.reshape(-1, 2).T, color=BLUE, linewidth=1.3, zorder=4, label="in the field")
-    ax.plot(paths.x[:, 0], paths.y[:, 0], "o", color=BLUE, markersize=4, zorder=5)
+    ax.plot(*arcs.reshape(-1, 2).T, color=BLUE, zorder=4, label="in the field")
+    size = rcParams["lines.markersize"]
+    ax.plot(paths.x[:, 0], paths.y[:, 0], "o", color=BLUE, markersize=0.8 * size, zorder=5)
     for arc in arcs:
         tail, tip = arc[_PLACES * 2 // 3], arc[_PLACES * 2 // 3 + 1]
-        look = {"arrowstyle": "-|>", "color": BLUE, "mutation_scale": 13}
+        look = {"arrowstyle": "-|>", "color": BLUE, "mutation_scale": 2.6 * size}
         ax.annotate("", tip, tail, arrowprops=look, zorder=5)
 
 
@@ -83,7 +85,8 @@ def orbit_in_field(word: str, a: float, kappa: Sequence[float]) -> Picture:
     title = f"{shortened(word)} at a = {format_float(a)}, kappa = {format_float(kappa[0])}"
     if status not in IN_FIELD:
         raise InputError(f"{title} cannot be drawn: {status.sentence}")
-    with figure(6.4, max(2.4, 5.6 * 2.7 / (2 * a + 2.7) + 1.1), title) as made:
+    wide = width_or(6.4)
+    with figure(wide, max(2.2, (wide - 0.8) * 2.7 / (2 * a + 2.7) + 1.1), title) as made:
         draw_arcs(made.add_subplot(), Stadium(a), paths, solve_word(word, a).points)
     return made
 

@@ -12,14 +12,15 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.plots import paths
 from orbitdb.plots.registry import EmptyFigureError, gaps, nothing
-from orbitdb.plots.style import BLUE, ORANGE, Picture, figure, inches_wide, short, wrapped
+from orbitdb.plots.style import BLUE, ORANGE, Picture, figure, inches_wide, short, width_or, wrapped
 from orbitdb.selection import Selection
 from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
 
-_WIDTH = 6.4
+_WIDTH, _LEAST_HEIGHT = 6.4, 2.0
+"""Usual width and least height of a figure of one orbit, in inches."""
 _SHORT = 3.5
 """Symbols per inch of the width that leave room for the numbers after a code."""
 
@@ -32,7 +33,8 @@ _MOST = 500
 def orbit(orbit: Orbit, opening: Any = ()) -> Picture:
     """Draw the path of an orbit, which must have coordinates, in its stadium, with openings as gaps."""
     openings = parse_openings(opening)
-    with figure(_WIDTH, _height(orbit.a)) as made:
+    wide = width_or(_WIDTH)
+    with figure(wide, _height(orbit.a, wide)) as made:
         _draw_path(made, made.add_subplot(), orbit, "", openings)
     return made
 
@@ -41,12 +43,13 @@ def reverse(orbit: Orbit) -> Picture:
     """Draw an orbit above its time reverse, which has the same bounces in reverse order."""
     back, same = orbit.reverse(), orbit.time_reversal == "self"
     kind = "the same orbit: it retraces its path" if same else "another orbit, counted separately"
-    with figure(_WIDTH, 2 * _height(orbit.a)) as made:
+    wide = width_or(_WIDTH)
+    with figure(wide, 2 * _height(orbit.a, wide)) as made:
         above, below = made.subplots(2, 1)
         _draw_path(made, above, orbit, "(a) ")
         assert back.points is not None
         paths.draw_orbit(below, Stadium(orbit.a), back.points, back.code, BLUE if same else ORANGE)
-        title = f"(b) its time reverse {short(back.code)}: {kind}"
+        title = f"(b) Its time reverse {short(back.code)}: {kind}"
         below.set_title(wrapped(title, inches_wide(below)))
     return made
 
@@ -63,9 +66,9 @@ def _draw_path(made: Picture, ax: Axes, orbit: Orbit, which: str, opening: Seque
     made.set_label(f"orbit {short(orbit.code)} at a = {format_float(orbit.a)}")
 
 
-def _height(a: float) -> float:
+def _height(a: float, wide: float) -> float:
     """Return the height, in inches, of a stadium as wide as the figure, with its title and axis."""
-    return max(2.0, (_WIDTH - 0.8) * 2.7 / (2 * a + 2.7) + 0.8)
+    return max(_LEAST_HEIGHT, (wide - 0.8) * 2.7 / (2 * a + 2.7) + 0.8)
 
 
 def sheet(catalogue: "Catalogue", chosen: Selection, limit: int = 120, order: str = "p") -> Picture:

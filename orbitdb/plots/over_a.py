@@ -148,7 +148,7 @@ def _mark_ends(ax: Axes, a: Floats, values: Floats, colour: str) -> None:
     ends = np.flatnonzero(known & ~(np.append(True, known[:-1]) & np.append(known[1:], True)))
     if len(ends):
         ax.plot(
-            a[ends], values[ends], "o", color=colour, markersize=3, label="no estimate beyond: too few orbits"
+            a[ends], values[ends], "o", color=colour, markersize=3, label="no estimate beyond: no usable zero"
         )
 
 
@@ -192,7 +192,8 @@ def entropy_over_a(catalogue: "Catalogue", *chosen: Selection, grid: Sequence[fl
             first, last = (min(first, 0.2), max(last, 20.0)) if len(bounds) <= _FEW else (first, last)
             places = np.geomspace(first, last, PLACES_OF_BOUNDS)
             values = _entropies(changes, p, places)
-            ax.plot(places, values, color=BLUE, linewidth=1, label=f"$h({p}; a)$, from births (not proved)")
+            ax.plot(places, values, color=BLUE, linewidth=1, label=f"$h({p}; a)$, estimated from births")
+            made.notes += _outside(bounds, _entropies(changes, p, np.array([each.a for each in bounds])), p)
             _mark_ends(ax, places, values, BLUE)
             heights += values[np.isfinite(values)].tolist()
         low = min(heights) - 0.02
@@ -203,6 +204,20 @@ def entropy_over_a(catalogue: "Catalogue", *chosen: Selection, grid: Sequence[fl
         over_a(ax, first, last)
         made.set_label("topological entropy against a")
     return made
+
+
+def _outside(bounds: Sequence["EntropyBounds"], values: Floats, p: int) -> tuple[str, ...]:
+    """Return a note on the values of a at which the estimate from births contradicts the proved bounds."""
+    beyond = [
+        each.a for each, h in zip(bounds, values.tolist(), strict=True) if not each.lower <= h <= each.upper
+    ]
+    if not beyond:
+        return ()
+    where = f"a = {format_float(beyond[0])}" + f" to {format_float(beyond[-1])}" * (len(beyond) > 1)
+    return (
+        f"h({p}; a) is an estimate, with words up to period {p}; at {where}, where longer words decide, it "
+        "lies outside the proved bounds, which hold",
+    )
 
 
 def draw_bounds(ax: Axes, bounds: Sequence["EntropyBounds"]) -> None:

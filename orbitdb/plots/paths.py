@@ -26,6 +26,7 @@ from orbitdb.plots.style import (
     inches_wide,
     look,
     short,
+    titled,
     width_or,
     wrapped,
 )
@@ -174,7 +175,9 @@ def draw_titled(draw: Callable[..., object], what: Sequence[Any], title: str, ax
         if ax is None and isinstance(drawn, Colours):
             drawn.add_bar(axes)
         room = inches_wide(axes)
-        shown = axes.set_title(wrapped(title, room), pad=20 if draw.__name__ in _NAMED_ABOVE else None)
+        shown = axes.set_title(
+            titled(wrapped(title, room)), pad=20 if draw.__name__ in _NAMED_ABOVE else None
+        )
         if room < _SMALL:
             shown.set_fontsize(SMALL)
         if len(axes.get_legend_handles_labels()[0]) > 1:

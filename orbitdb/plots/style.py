@@ -56,6 +56,9 @@ _LOOK: Any = {
 }
 
 
+_VARIABLES = {"a": "a", "k": "k", "p": "p", "kappa": r"\\kappa"}
+"""Variables in titles, and how a formula writes them."""
+
 NARROW = 4.5
 """Narrower figures, in inches, have smaller text: one column of a journal is 3.4 inches (8.6 cm) wide."""
 _LOOK_NARROW: Any = _LOOK | {
@@ -152,7 +155,7 @@ def figure(width: float, height: float, title: str = "", notes: Iterable[str] = 
         made = Picture(figsize=(width, asked or suited), layout="constrained", label=title)
         made.notes = tuple(notes)
         if title:
-            made.suptitle(lines, fontsize=rcParams["axes.titlesize"])
+            made.suptitle(titled(lines), fontsize=rcParams["axes.titlesize"])
         yield made
         bare = [ax.get_legend_handles_labels() for ax in made.axes if ax.get_legend() is None]
         named = {label: handle for pair in bare for handle, label in zip(*pair, strict=True)}
@@ -175,6 +178,14 @@ def wrapped(text: str, width: float) -> str:
         if all(TextPath((0, 0), plain(line), size=size).get_extents().width <= room for line in lines):
             break
     return plain("\n".join(lines).replace(_KEPT, " "))
+
+
+def titled(text: str) -> str:
+    """Return a title in sentence case, with its variables as formulas: ``a = 1.6`` becomes ``$a = 1.6$``."""
+    for name, symbol in _VARIABLES.items():
+        text = re.sub(rf"\b{name} = (-?[0-9.]*[0-9])(?![0-9.e])", rf"${symbol} = \1$", text)
+        text = re.sub(rf"\b{name} (?=below|from)", f"${symbol}$ ", text)
+    return text[:1].upper() + text[1:]
 
 
 def short(code: str, most: int = 30) -> str:

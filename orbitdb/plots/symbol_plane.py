@@ -48,10 +48,10 @@ _BEFORE = {False: _NEXT[False], True: ("down\n5", *_NEXT[True][1:-1], "up\n3")}
 """Names of the intervals of gamma and of delta, which are equal, for walls and for semicircles."""
 
 _TITLES = {
-    False: "bounces on the bottom wall\n(top wall: turned by half a turn)",
-    True: "bounces on the right semicircle\n(left semicircle: turned by half a turn)",
+    False: "Bounces on the bottom wall\n(top wall: turned by half a turn)",
+    True: "Bounces on the right semicircle\n(left semicircle: turned by half a turn)",
 }
-_SHORT_TITLES = {False: "bottom wall", True: "right semicircle"}
+_SHORT_TITLES = {False: "Bottom wall", True: "Right semicircle"}
 _RULES = {False: (1 / 2, "rules 4, 6"), True: (1 / 5, "rule 5")}
 """Side of the two squares that the geometric rules forbid, and their name."""
 

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from orbitdb.plots.paths import draw_outline, mark_stadium
 from orbitdb.plots.phase_space import draw_walls
-from orbitdb.plots.style import ORANGE, Colours, Picture, closed, figure, short
+from orbitdb.plots.style import ORANGE, Colours, Picture, closed, figure, short, width_or
 from orbitdb.text import format_float
 
 if TYPE_CHECKING:
@@ -17,21 +17,31 @@ if TYPE_CHECKING:
     from orbitdb.quantum.waves import Wave
 
 
+_WIDTH, _LEAST_HEIGHT, _HIGHEST = 7.2, 1.7, 0.65
+"""Usual width and least height of a figure, in inches, and its greatest height in units of the width."""
+_BESIDE = 1.5, 0.95
+"""Width of what is beside the stadium, and height of what is above and below it, in inches."""
+
+
 def wave(wave: "Wave", orbit: "Orbit | None" = None) -> Picture:
     """Draw psi^2 of a level, with the orbit, if any, on top."""
-    return _of_wave(draw_wave, 2.2 + 2.4 / (1 + wave.stadium.a), wave, orbit)
+    wide = width_or(_WIDTH)
+    as_wide = _BESIDE[1] + (wide - _BESIDE[0]) / (1 + wave.stadium.a)
+    return _of_wave(draw_wave, wide, min(max(as_wide, _LEAST_HEIGHT), _HIGHEST * wide), wave, orbit)
 
 
 def husimi(wave: "Wave", orbit: "Orbit | None" = None) -> Picture:
     """Draw the Husimi function of a level, with the bounces of the orbit, if any."""
-    return _of_wave(draw_husimi, 4.2, wave, orbit)
+    return _of_wave(draw_husimi, _WIDTH, 4.2, wave, orbit)
 
 
-def _of_wave(draw: Callable[..., Colours], height: float, wave: "Wave", orbit: "Orbit | None") -> Picture:
-    title = f"Level k = {wave.k:.7g} ({wave.parity}) at a = {format_float(wave.stadium.a)}"
+def _of_wave(
+    draw: Callable[..., Colours], width: float, height: float, wave: "Wave", orbit: "Orbit | None"
+) -> Picture:
+    title = f"level k = {wave.k:.7g} ({wave.parity}) at a = {format_float(wave.stadium.a)}"
     if orbit is not None:
         title += f", with the orbit {short(orbit.code)} (strength {wave.strength(orbit):.3f})"
-    with figure(7.2, height, title) as made:
+    with figure(width, height, title) as made:
         ax = made.add_subplot()
         draw(ax, wave, orbit).add_bar(ax)
     return made

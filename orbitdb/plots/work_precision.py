@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from orbitdb.plots.style import BLUE, GREEN, INK, ORANGE, PURPLE, SMALL, Picture, figure
+from orbitdb.plots.style import BLUE, GREEN, INK, ORANGE, PURPLE, SMALL, Picture, figure, titled
 
 if TYPE_CHECKING:
     from orbitdb.benchmarks.work_precision import WorkPrecision
@@ -37,5 +37,5 @@ def work_precision(rows: Sequence["WorkPrecision"], title: str) -> Picture:
         ax.annotate("double", (_DOUBLE, 0), xycoords=("data", "axes fraction"), xytext=(-3, 4), ha="right",
                     textcoords="offset points", color=INK, fontsize=SMALL)  # fmt: skip
         ax.set(xlabel="largest error of a coordinate (units of $R$, rad)", ylabel="run time per word (s)")
-        ax.set_title(f"run time against error, {title}")
+        ax.set_title(titled(f"run time against error, {title}"))
     return made

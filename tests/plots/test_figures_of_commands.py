@@ -76,7 +76,7 @@ def test_the_figure_of_entropy_shows_whole_periods_and_proved_bounds(known):
     (band,) = ax.patches
     proved = answer(known.path, enclosure, 1.6).bounds
     assert (band.get_y(), band.get_height()) == pytest.approx((proved.lower, proved.upper - proved.lower))
-    assert made.get_suptitle() == "words of period 2 to 5 at a = 1.6"
+    assert made.get_suptitle() == "Words of period 2 to 5 at $a = 1.6$"
     by_period(ax, "topological entropy\n(per bounce)")
     inside = [*k_0[1:], *found.h_zeta[2:], proved.lower, proved.upper]
     room = 0.12 * (max(inside) - min(inside))
@@ -121,7 +121,7 @@ def test_the_figure_of_exponents_shows_every_method(known):
         assert len(legend(ax)) == 5
     by_period(made.axes[1], r"$\langle \lambda_c \rangle$ (per length $R$)")
     assert [text.get_text() for text in made.legends[0].get_texts()] == legend(made.axes[1])
-    assert made.get_suptitle() == "words of period 2 to 6 at a = 1.6"
+    assert made.get_suptitle() == "Words of period 2 to 6 at $a = 1.6$"
     assert made.axes[0].get_xlabel() == ""
     assert made.notes == ()
     assert_later_periods_fill(made.axes)
@@ -212,7 +212,7 @@ def test_a_sheet_shows_every_class_up_to_its_limit(known, limit, told):
         np.testing.assert_allclose(path[:-1] - middle, there(orbit.points), atol=1e-12)
     np.testing.assert_allclose([text.xy for text in ax.texts], np.array(middles) - [0, 1.12])
     np.testing.assert_allclose(ax.lines[0].get_xydata(), np.concatenate([path[:-1] for path in drawn]))
-    title = "Classes of orbits of period 4 at a = 1.6"
+    title = "Classes of orbits of period 4 at $a = 1.6$"
     assert made.get_suptitle().replace("\n", " ") == title
     assert [*made.notes] == told
     assert (ax.get_aspect(), ax.axison) == (1, False)
@@ -235,7 +235,7 @@ def test_the_figure_of_phase_space_shows_every_bounce(known):
     np.testing.assert_allclose(dots.get_offsets(), expected, atol=1e-9)
     colours = [there(orbit.lambda_d) for orbit in orbits for _ in orbit.code]
     np.testing.assert_allclose(dots.get_array(), colours)
-    assert made.get_suptitle() == "orbits of period 2 to 4 at a = 1.6"
+    assert made.get_suptitle() == "Orbits of period 2 to 4 at $a = 1.6$"
     assert bar.get_ylabel() == r"$\lambda_d$ (per bounce)"
 
 
@@ -273,7 +273,7 @@ def test_the_figure_of_lengths_shows_every_orbit_and_where_it_is_complete(known)
     (said,) = (text.get_text() for text in made.legends[0].get_texts())
     assert f"complete, by proof, up to $L = {complete:.2f}" in said
     assert (bar.get_ylabel(), below.get_ylabel()) == ("orbits per unit of $L/R$", "period $p$ (bounces)")
-    assert (above.get_xlabel(), made.get_suptitle()) == ("", "orbits of period 2 to 4 at a = 1.6")
+    assert (above.get_xlabel(), made.get_suptitle()) == ("", "Orbits of period 2 to 4 at $a = 1.6$")
     (mesh,) = below.collections
     edges = np.linspace(lengths[0] - 0.5, lengths[-1] + 0.5, 121)
     np.testing.assert_allclose(mesh.get_coordinates()[0, :, 0], edges)
@@ -313,7 +313,7 @@ def test_the_figures_of_levels_show_levels_and_orbits(known, tmp_path):
     orbits = orbits_for(stadium, classes, None, np.array([9.0])).at(at)[0]
     np.testing.assert_allclose(named(ax, "orbits, cut off")[1], orbits - weyl(stadium, None)(at))
     np.testing.assert_allclose(named(ax, "bouncing balls")[1], family_count(stadium, at, 12.0))
-    assert made.get_suptitle() == f"{len(k)} levels at a = 1.6, all parities, k below 9"
+    assert made.get_suptitle() == f"{len(k)} levels at $a = 1.6$, all parities, $k$ below 9"
     assert legend(ax) == ["levels", r"orbits, cut off at length $X = 10\,R$", "bouncing balls alone"]
     says(ax, "$kR$", "levels below $k$\nminus Weyl's law")
     spectrum: Any = length_spectrum.spectrum(catalogue, chosen)
@@ -324,7 +324,7 @@ def test_the_figures_of_levels_show_levels_and_orbits(known, tmp_path):
         np.testing.assert_allclose(drawn, values)
     drawn_beside(spectrum.axes[0], found, 1)
     assert {text.get_text() for text in spectrum.axes[0].texts} == {peak.code for peak in found.peaks(1)}
-    assert spectrum.get_suptitle() == "length spectrum at a = 1.6, all parities, k below 9"
+    assert spectrum.get_suptitle() == "Length spectrum at $a = 1.6$, all parities, $k$ below 9"
     assert [*spectrum.notes] == found.notes()
 
 
@@ -361,7 +361,7 @@ def test_the_figure_of_methods_shows_run_time_against_error(rng):
     ]
     made = work_precision(rows, "p = 4")
     (ax,) = made.axes
-    assert ax.get_title() == "run time against error, p = 4"
+    assert ax.get_title() == "Run time against error, $p = 4$"
     assert len(made.legends[0].get_texts()) == 4
     assert len(legend(ax)) == 4
     for method, label in zip(methods, ("ball arithmetic", "Newton", "relaxation", "scipy"), strict=True):

@@ -148,7 +148,7 @@ def test_the_figure_of_entropy_over_a_shows_bounds_and_births(known):
         a, lower, upper = map(float, re.findall(r"[\d.]+", text))
         assert (a, lower, upper) == pytest.approx((each.a, each.lower, each.upper), abs=1e-5)
         assert lower <= each.lower < each.upper <= upper  # still a bound
-    told = ["$h(6; a)$, from births (not proved)", "upper bound at every $a$", *named_bounds]
+    told = ["$h(6; a)$, estimated from births", "upper bound at every $a$", *named_bounds]
     assert (
         sorted(legend(ax)) == sorted(text.get_text() for text in made.legends[0].get_texts()) == sorted(told)
     )
@@ -169,7 +169,7 @@ def test_the_figure_of_entropy_over_a_shows_bounds_and_births(known):
 @pytest.mark.usefixtures("few_places")
 def test_a_trivial_bound_does_not_stretch_the_axis_of_the_entropy(known, monkeypatch):
     curve = known.entropy_curve()
-    trivial = replace(curve[0], a=0.5, lower=0.0)
+    trivial = replace(curve[0], a=0.5, lower=0.0, upper=0.1)
     monkeypatch.setattr(Catalogue, "entropy_curve", lambda _: [trivial, *curve])
     made: Any = over_a.entropy_over_a(known, Selection(1.6))
     (ax,) = made.axes
@@ -177,6 +177,7 @@ def test_a_trivial_bound_does_not_stretch_the_axis_of_the_entropy(known, monkeyp
     assert low > 0.5
     carets = [line.get_xydata().tolist() for line in ax.lines if line.get_marker() == CARETDOWN]
     assert carets == [[[0.5, low]]]
+    assert "at a = 0.5, where longer words decide, it lies outside the proved bounds" in made.notes[0]
 
 
 @pytest.mark.usefixtures("few_places")
@@ -195,7 +196,7 @@ def test_the_entropy_over_a_ends_before_the_first_period_without_births(known, t
     alter(path, f"DELETE FROM birth_fill WHERE p = {lost}")
     made: Any = over_a.entropy_over_a(Catalogue(path), Selection(1.6))
     drawn = [str(each.get_label()) for each in made.axes[0].get_lines()]
-    assert [each for each in drawn if each[1] == "h"] == [f"$h({lost - 1}; a)$, from births (not proved)"] * (
+    assert [each for each in drawn if each[1] == "h"] == [f"$h({lost - 1}; a)$, estimated from births"] * (
         lost > 2
     )
 
@@ -242,7 +243,7 @@ def test_a_curve_of_the_entropy_says_why_it_has_ends_and_gaps(ax):
     a = np.arange(1.0, 10.0)
     values = np.array([np.nan, 1, 2, np.nan, 3, np.nan, 4, 5, 6])
     over_a._mark_ends(ax, a, values, BLUE)
-    assert named(ax, "no estimate beyond: too few orbits")[0].tolist() == [2, 3, 5, 7]
+    assert named(ax, "no estimate beyond: no usable zero")[0].tolist() == [2, 3, 5, 7]
     over_a._mark_ends(ax, a, np.ones(9), BLUE)
     over_a._mark_ends(ax, a, np.full(9, np.nan), BLUE)
     assert len(ax.lines) == 1

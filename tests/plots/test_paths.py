@@ -41,7 +41,7 @@ def test_the_reverse_is_drawn_backwards(word, same):
     caption = f"{word},  $a = 1.6$,  $L = {orbit.length:.4f}\\,R$,  $\\lambda = {orbit.lyapunov:.4f}$"
     kind = "the same orbit: it retraces its path" if same else "another orbit, counted separately"
     assert above.get_title() == f"(a) {caption}"
-    reverse = below.get_title().removeprefix("(b) its time reverse ").removesuffix(f": {kind}")
+    reverse = below.get_title().removeprefix("(b) Its time reverse ").removesuffix(f": {kind}")
     np.testing.assert_allclose(there(solve_word(reverse, 1.6).points), back, atol=1e-12)
     alone = orbits.orbit(orbit)
     assert alone.axes[0].get_title() == caption

@@ -133,7 +133,7 @@ def test_orbits_and_subsets_can_be_drawn_into_axes(varied):
     steps = np.asarray(right.lines[0].get_xydata())
     assert steps.tolist() == [[length, n] for n, length in enumerate(np.sort(orbits.length), 1)]
     for ax in (left, right):
-        assert ax.get_title().replace("\n", " ") == subset.selection.describe()
+        assert ax.get_title().replace("\n", " ") == style.titled(subset.selection.describe())
     orbit = Catalogue(varied)["3123"]
     ax = orbit.plot()
     assert ax.get_title() == orbit.code

@@ -169,7 +169,7 @@ def test_a_figure_says_which_a_it_chose(tmp_path, cli):
     own.fill(3, a=2)
     made = own.plot("sheet", p=3)
     assert [note for note in made.notes if "a = 2" in note]
-    assert "at a = 2" in made.get_suptitle()
+    assert "at $a = 2$" in made.get_suptitle()
 
 
 def test_nothing_to_draw_is_an_error_with_lines(known):

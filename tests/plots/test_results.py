@@ -8,6 +8,7 @@ import pytest
 
 from orbitdb import Catalogue, Stadium, waves
 from orbitdb.plots import statistics
+from orbitdb.plots.style import titled
 from orbitdb.quantum.exact_levels import Levels, LevelWindow
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 
@@ -38,7 +39,7 @@ def test_a_result_draws_the_averages_that_it_has(catalogue):
     found = catalogue.entropy(p="2-6")
     ax = found.plot()
     np.testing.assert_array_equal(curve(ax, "$K_0")[1], found["K_0"])
-    assert ax.get_title() == found.selection.describe()
+    assert ax.get_title() == titled(found.selection.describe())
     assert len(ax.get_legend().get_texts()) == 3
     mine = pyplot.figure().subplots()
     lyapunov = catalogue.lyapunov(p="2-6")

@@ -102,7 +102,7 @@ def test_several_half_lengths_are_drawn_together(cli, varied, drawn, tmp_path):
         assert cli(*asked, "--db", str(varied)).code == 0
         names = [text.get_text().split(":")[0] for text in drawn[-1].legends[0].get_texts()]
         assert [name for name in names if name.startswith("$a")] == ["$a = 1$", "$a = 1.6$"]
-        assert drawn[-1].get_suptitle() == "orbits at a = 1, 1.6"
+        assert drawn[-1].get_suptitle() == "Orbits at $a = 1$, 1.6"
     refused = cli("plot", "phase-space", "--a", "all", "-o", str(tmp_path / "g.png"), "--db", str(varied))
     assert "plot phase-space draws one a" in refused.err
 

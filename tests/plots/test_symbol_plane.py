@@ -61,7 +61,7 @@ def test_every_point_is_drawn_in_the_colour_of_its_word(known):
         assert ax.get_xlim() == ax.get_ylim() == (0, 1)
     words = ["pruned, inside", "orbits", "pruned, beyond"]
     assert legend(made.axes[0]) == ["pruning front", *words]
-    assert made.get_suptitle() == "orbits and dynamically pruned words of period 2 to 6 at a = 1.6"
+    assert made.get_suptitle() == "Orbits and dynamically pruned words of period 2 to 6 at $a = 1.6$"
 
 
 @pytest.mark.slow
@@ -110,13 +110,13 @@ def test_several_a_give_their_fronts_alone(known):
             gap = np.abs(gamma - front.gamma[:, None]) + np.abs(delta - front.delta[:, None])
             assert gap.min(axis=1).max() < 2.5e-3
         assert not ax.images
-    assert made.get_suptitle() == "pruning fronts at a = 0.5, 1.6"
+    assert made.get_suptitle() == "Pruning fronts at $a = 0.5$, 1.6"
 
 
 def test_a_front_can_be_plotted():
     front = PruningFront(1.6).semicircles
     ax = front.plot()
-    assert ax.get_title() == "pruning front at a = 1.6"
+    assert ax.get_title() == "Pruning front at $a = 1.6$"
     assert len(named(ax, "pruning front")[0]) > 100
 
 
