@@ -161,7 +161,7 @@ class OwnScreen(Screen[Result], Working):
         return self.is_mounted and super().check_action(action, parameters)
 
     def on_unmount(self) -> None:
-        """Forget the lines of the screen, of which Textual keeps up to a megabyte."""
+        """Forget the lines of the screen; Textual would keep up to a megabyte of them."""
         StylesCache.get_inner_outer.cache_clear()
 
     async def action_to(self, part: str, action: str) -> None:

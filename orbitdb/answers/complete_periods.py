@@ -294,7 +294,7 @@ def why_no_sum_rules(subset: CompletePeriods) -> str:
 
 
 def sum_rules_of(subset: CompletePeriods) -> SumRules | None:
-    """Return the averages of complete periods by sum rules, or None if there are none."""
+    """Return the averages of complete periods by sum rules, or None if these do not apply."""
     if subset.part or subset.missing or not all_orbits(subset.selection):
         return None
     a, last = subset.selection.a, min(subset.swept, default=subset.highest + 1) - 1

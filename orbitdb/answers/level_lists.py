@@ -188,7 +188,7 @@ def _doubts(assessment: Assessment, noise: float) -> list[str]:
             "`catalogue.assess(k, window=True)` tells where"
         )
     if assessment.window and (assessment.missing_share or 0.0) > _MANY_MISSING:
-        notes.append("so many levels are missing that a list from another stadium might fit as well")
+        notes.append("with this many levels missing, a list from another stadium might fit as well")
     if assessment.window and assessment.crowded and not assessment.short:
         notes.append(
             f"so high up, a radius that is wrong by 0.05 % can pass unnoticed, and shifts the numbers by "
@@ -213,10 +213,10 @@ def _check_errors(noise: float, radius_error: float | None) -> None:
 
 
 def _on_twins(pairs: int, levels: int) -> str:
-    """Return a note on levels that stand twice in a list."""
+    """Return a note on levels that a list has twice."""
     if pairs == levels:
-        return "every level stands twice in the list: each pair counts as one level"
-    return f"{pairs} of {several(levels, 'level')} stand twice in the list: each pair counts as one level"
+        return "the list has every level twice: each pair counts as one level"
+    return f"the list has {pairs} of {several(levels, 'level')} twice: each pair counts as one level"
 
 
 def hints(connection: Connection, found: Assessment, orbits: Staircase, k: Floats) -> list[str]:

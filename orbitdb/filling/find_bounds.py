@@ -111,7 +111,7 @@ def _enclosed(
 
 
 def _time_at_one_a(edges: int | None) -> float:
-    """Estimate the processor time, in seconds, for bounds at one a from windows of up to so many edges."""
+    """Estimate the processor time, in seconds, for bounds at one a from windows of up to `edges` edges."""
     return _SECONDS_OF_BOUNDS * _TIMES_LONGER ** ((edges or _USUAL_WINDOW) - _USUAL_WINDOW)
 
 

@@ -102,7 +102,7 @@ class Processes(Workers):
         Raises
         ------
         WorkError
-            If the system does not allow so many.
+            If the system does not allow that many processes.
         """
         self._threads = ThreadPoolExecutor(self.jobs)
         try:

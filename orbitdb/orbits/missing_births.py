@@ -150,7 +150,7 @@ class _Walk:
         self.ahead, self.alive, self.sure = changes, alive, True
 
     def pass_constant(self, alive: bool, high: float) -> bool:
-        """Pass a segment in which the word is an orbit throughout, or is none throughout."""
+        """Pass a segment in which the word is an orbit everywhere or nowhere."""
         changes_inside = bool(self.ahead) and self.ahead[0][1] < high
         possible = self.alive is not (not alive) and not changes_inside
         self.alive = alive

@@ -84,7 +84,7 @@ def symbol_plane(catalogue: "Catalogue", *chosen: Selection) -> Picture:
     EmptyFigureError
         If no word is chosen.
     InputError
-        If more than `MOST_WORDS` are chosen, or none that has points, or words at several a.
+        If more than `MOST_WORDS` are chosen, if no chosen word has points, or for words at several a.
     """
     if len(chosen) > 1:
         return _fronts(chosen)

@@ -269,11 +269,10 @@ def _doubtful(judged: Judgement, stop: int) -> list[tuple[int, int]]:
 
 
 def _cells(paths: _Paths, crowded: Floats, start: int) -> list[tuple[int, int]]:
-    """Return ranges of gaps, from level `start` on, in which levels are more likely missing or spurious than
-    not.
+    """Return the ranges of gaps, from level `start` on, in which levels are probably missing or spurious.
 
-    The orbits resolve a number of levels: a missing one may be in any of as many gaps, in none of which it is
-    likely. Where levels are missing everywhere, ranges are cut where fewest are.
+    Where the orbits resolve only groups of n levels, a missing level may be in any of n gaps, each of which
+    is improbable by itself. Where levels are missing everywhere, ranges are cut where fewest are missing.
     """
     n = len(crowded)
     if start == n:

@@ -120,10 +120,10 @@ def _misfit(
     log_evidence: float,
     rates: Rates,
 ) -> float:
-    """Return by how much less probable than expected the deviations and the numbers missing are; limit 1.
+    """Return how much less probable the deviations and the missing levels are than expected; limit 1.
 
-    A list from the stadium has deviations with variance 1, and its missing levels surprise, given the
-    spacings, as much as their entropy says. The numbers of missing levels of another list surprise more.
+    In a list from the stadium, deviations have variance 1, and the log-probability of the missing levels,
+    given the spacings, is about minus their entropy. In other lists it is lower.
     """
     n, points = len(data.k), len(data.grid)
     true = (steps.missing >= 0) & (steps.back == 1)

@@ -31,7 +31,7 @@ _CHUNK = 256
 
 
 class Detail(NamedTuple):
-    """How finely states are told apart.
+    """How different two states must be to be kept apart.
 
     Attributes
     ----------
@@ -46,10 +46,10 @@ class Detail(NamedTuple):
 
 
 def detail(crowded: float) -> Detail:
-    """Return how finely states are told apart, given the number of levels within 1/X.
+    """Return how different two states must be to be kept apart, given the number of levels within 1/X.
 
-    In a crowded list, missing levels have so many places that their states must be merged more coarsely, and
-    sooner. The rounding of the residuals counts as noise.
+    In a crowded list, a missing level can have many places, so states are merged more coarsely, and sooner.
+    The rounding of the residuals counts as noise.
     """
     if crowded <= CROWDED:
         return Detail()

@@ -139,7 +139,7 @@ class Assessment(Drawn):
 
     @property
     def crowded(self) -> bool:
-        """Whether so many levels lie within the resolution of the orbits that no gap can be named."""
+        """Whether the orbits resolve only groups of levels, so that no single gap can be named."""
         return self.resolved >= 2 * CROWDED
 
     @property
@@ -311,7 +311,7 @@ def compare(
 
 
 def without_twins(k: Floats, stadium: Stadium, parity: Parity | None) -> tuple[Floats, int]:
-    """Return a list in which levels that stand twice stand once, and the number of such pairs.
+    """Return a list without the second of two equal levels, and the number of such pairs.
 
     Levels nearer than `_TWINS` mean spacings are taken for one if there are far more such pairs than chance
     would give: levels of one parity repel each other, those of different parities do not.

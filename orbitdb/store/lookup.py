@@ -311,7 +311,7 @@ def a_values(connection: Connection, tables: Sequence[str] = ()) -> list[float]:
 
 
 def with_data(connection: Connection) -> list[float]:
-    """Return the values of a, in order, of which questions take one by default.
+    """Return the values of a, in order, from which the default is chosen.
 
     They are those with periods, single words or sweeps; if there are none, those with quantum levels.
     """

@@ -159,7 +159,7 @@ def _least_start(word: str) -> int:
 
 
 def primitive_root(word: str) -> str:
-    """Return the shortest word of which the given word is a repetition."""
+    """Return the shortest word that the given word repeats."""
     return word[: (word + word).find(word, 1)]
 
 

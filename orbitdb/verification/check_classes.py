@@ -101,7 +101,7 @@ def _wrong_counts(
 
 
 def _wrong_cursor(scope: Scope, row: Mapping[str, Any], number: int | None) -> Iterator[str]:
-    """Yield the faults of an unfinished period, of which all words up to the cursor must be stored."""
+    """Yield the faults of an unfinished period: all its words up to the cursor must be stored."""
     cursor, p = row["cursor"], row["p"]
     if row["words"] == count_admissible(p) and row["classes"] is not None:
         yield "all words are stored and counted, but the period is not marked as done"
@@ -111,7 +111,7 @@ def _wrong_cursor(scope: Scope, row: Mapping[str, Any], number: int | None) -> I
 
 
 def _wrong_pruned(scope: Scope, p: int, words: int, complete: bool) -> Iterator[str]:
-    """Yield the faults of the pruned words of a period, of which all up to the cursor must be stored."""
+    """Yield the faults of the pruned words of a period: all up to the cursor must be stored."""
     last = scope.scalar(f"SELECT cursor FROM pruned_fill WHERE p = {p}")
     stored = 0 if last is None else pruned_up_to(scope.connection, p, last)
     if stored != words:

@@ -113,7 +113,7 @@ def test_the_wrong_parity_is_named(cli, own, exact, tmp_path):
     twice = np.repeat(exact, 2).tolist()
     found = cli("assess", written(tmp_path / "k.txt", twice), "--parity", "eo", "--db", own)
     assert found.code == 1
-    assert "every level stands twice in the list" in found.err
+    assert "the list has every level twice" in found.err
     assert "the list does not fit a = 1.6, eo: misfit" in found.err
     assert "lists that fit have less than 1" in found.err
     assert "they fit the parity oo\n" in found.err

@@ -210,7 +210,7 @@ def test_a_list_that_lacks_a_third_of_its_levels_is_judged(orbits, exact):
 def test_a_list_in_which_every_level_stands_twice_is_merged(catalogue, exact):
     twice = np.sort(np.concatenate([exact, exact + 1e-4]))
     assessment = catalogue.assess(twice, parity="oo", a=1.6)
-    assert assessment.notes == ("every level stands twice in the list: each pair counts as one level",)
+    assert assessment.notes == ("the list has every level twice: each pair counts as one level",)
     assert (len(assessment), assessment.gaps) == (len(exact), [])
     once, pairs = without_twins(exact, Stadium(1.6), Parity.OO)
     assert (len(once), pairs) == (len(exact), 0)

@@ -62,7 +62,7 @@ def next_change(lives: Lives, a: float, up: bool, *others: float) -> float | Non
 
 
 def change_between(lives: Lives, before: float, after: float) -> str | None:
-    """Return a message about a birth or death between two values of a, or None if there is none."""
+    """Return a message about a birth or death between two values of a, or None."""
     low, high = sorted((before, after))
     for born, dies in lives:
         for end, begins in ((born, True), (dies, False)):
