@@ -94,4 +94,4 @@ def _value(name: str, value: ast.expr) -> str | None:
     found = ast.literal_eval(value)
     if isinstance(found, bool):
         return "" if found else None
-    return f"0:{found}" if name == "k" and not isinstance(found, str) else quoted(found)
+    return quoted(found)

@@ -153,11 +153,9 @@ def _of_wave(asked: _Asked) -> Picture:
     """Draw the wave of the level nearest to k; if a code is given, draw its orbit on top."""
     k, parity = asked.values["k"], one_parity(asked.values["parity"])
     if not isinstance(k, int | float) or not 0 < k < _MOST_K:
-        raise InputError(
-            f"name the level by its k, above 0 and below {_MOST_K:g}, such as --k 20.17 (k=20.17)"
-        )
+        raise InputError(f"name the level by its k, above 0 and below {_MOST_K:g}, such as `k=20.17`")
     if parity is None:
-        raise InputError("name one parity, such as --parity ee (parity='ee')")
+        raise InputError("name one parity, such as `parity='ee'`")
     if len(asked.codes) > 1:
         raise InputError("name one orbit at most")
     orbits, notes = _orbits(asked)
@@ -193,7 +191,7 @@ def _of_orbits(asked: _Asked) -> Picture:
 def _only(asked: _Asked) -> str:
     """Return the only word."""
     if len(asked.codes) != 1:
-        raise InputError(f"name one orbit to draw: plot {asked.figure.name} 1232131 (code='1232131')")
+        raise InputError(f"plot {asked.figure.name} draws one word: give it as `code='1232131'`")
     return asked.codes[0]
 
 

@@ -49,7 +49,7 @@ def test_advice_names_the_given_catalogue_and_half_length(arguments, expected):
       "'orbitdb migrate --db o.db', 'orbitdb info --db my.db'"),
      ("`Catalogue.create('a b').fill(p=11)`", "'orbitdb fill --p 11 --db \"a b\" --a 2'"),
      ("`catalogue.fill_levels(k=25, parity='oo', a=1)`",
-      "'orbitdb levels --k 0:25 --parity oo --a 1 --db my.db'"),
+      "'orbitdb levels --k 25 --parity oo --a 1 --db my.db'"),
      ("`catalogue.fill_levels(k=(20, 30))`", "'orbitdb levels --k 20:30 --db my.db --a 2'"),
      ("`catalogue.assess(k, window=True)`", "'orbitdb assess FILE --window --db my.db'"),
      ("`catalogue.escape(...)`", "'orbitdb escape --db my.db'"),
