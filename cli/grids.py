@@ -27,10 +27,13 @@ _DIGITS = 6
 
 
 def half_length(text: str) -> float:
-    """Parse a half length; raise a ValueError if no stadium has it."""
+    """Parse a half length; raise `InputError` if no stadium has it."""
     from orbitdb.billiard.stadium import Stadium
 
-    return Stadium(real(text)).a
+    try:
+        return Stadium(real(text)).a
+    except ValueError as error:
+        raise InputError(str(error)) from None
 
 
 def half_lengths(text: str) -> GivenValues:

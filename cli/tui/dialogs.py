@@ -12,14 +12,13 @@ from textual.events import Key
 from textual.suggester import Suggester
 from textual.widgets import Input, Label, OptionList
 
-from orbitdb.billiard.stadium import Stadium
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.help import purpose
 from orbitdb.cli.tui.screens import Dialog, Field, in_shell, key
 from orbitdb.cli.tui.stored import SHOWABLE, USUAL
 from orbitdb.errors import InputError, StoreError
 from orbitdb.symbols.words import least_rotation, parse, primitive_root
-from orbitdb.text import printable, real
+from orbitdb.text import printable
 
 Names = tuple[str, ...]
 
@@ -172,15 +171,6 @@ class FilterDialog(LineDialog):
 
     def on_mount(self) -> None:
         self.say(self._report)
-
-
-def half_length(text: str) -> float:
-    """Parse a half length, or raise an error that says how to write one."""
-    try:
-        value = real(text.strip())
-    except ValueError:
-        raise InputError(f"a = {text!r}: write a number such as 1.6") from None
-    return Stadium(value).a
 
 
 def describe_code(code: str) -> str:

@@ -12,7 +12,7 @@ from textual.containers import Horizontal, VerticalScroll
 from textual.message import Message
 from textual.widgets import Button, Input, Label
 
-from orbitdb.cli.tui.dialogs import half_length
+from orbitdb.cli.grids import half_length
 from orbitdb.cli.tui.screens import Dialog, Field, QuestionDialog
 from orbitdb.period_ranges import periods_to_make
 from orbitdb.progress import Tell, Work

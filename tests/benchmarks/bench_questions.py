@@ -28,10 +28,24 @@ def page_of_lengths(catalogue: Catalogue) -> None:
     assert listing.notes is not None
 
 
+def hundred_words(catalogue: Catalogue) -> None:
+    """Look up a word a hundred times."""
+    for _ in range(100):
+        assert catalogue[WORD].stored
+
+
+def hundred_words_at_one_moment(catalogue: Catalogue) -> None:
+    """Look up a word a hundred times in a snapshot."""
+    with catalogue.snapshot() as then:
+        hundred_words(then)
+
+
 def last_page(pages: Pages) -> None:
     """Read the last row, as if no page had been read."""
     replace(pages).row(len(pages) - 1)
 
+
+WORD = "1232131"
 
 QUESTIONS: dict[str, Callable[[Catalogue], object]] = {
     "count()": lambda catalogue: catalogue.count(EVERY),
@@ -43,6 +57,8 @@ QUESTIONS: dict[str, Callable[[Catalogue], object]] = {
     ],
     'rows(order="code")': lambda c: sum(1 for _ in c.rows(EVERY, order="code", columns=USUAL)),
     "select(p=12)": lambda catalogue: catalogue.select(replace(EVERY, periods=((12, 12),))),
+    f'catalogue["{WORD}"], 100 times': hundred_words,
+    "the same in a snapshot": hundred_words_at_one_moment,
     "lyapunov()": lambda catalogue: catalogue.lyapunov(a=A),
 }
 

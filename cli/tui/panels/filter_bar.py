@@ -10,8 +10,9 @@ from textual.reactive import reactive
 from textual.widgets import Static
 
 from orbitdb.catalogue import Catalogue
+from orbitdb.cli.grids import half_length
 from orbitdb.cli.output import code_text
-from orbitdb.cli.tui.dialogs import FilterDialog, LineDialog, ListDialog, MarksDialog, Names, half_length
+from orbitdb.cli.tui.dialogs import FilterDialog, LineDialog, ListDialog, MarksDialog, Names
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import USUAL, Kept, Ordering, begun_periods
 from orbitdb.errors import SelectionError

@@ -164,8 +164,8 @@ async def test_a_long_fill_asks_first_and_can_be_stopped_and_resumed(tmp_path):
 @pytest.mark.parametrize(
     ("texts", "complaint"),
     [
-        (("x", "2-5", ""), "write a number"),
-        (("1_6", "2-5", ""), "write a number"),
+        (("x", "2-5", ""), "is not a number"),
+        (("1_6", "2-5", ""), "is not a number"),
         (("-1", "2-5", ""), "half length"),
         (("1.6", "two", ""), "periods"),
         (("1.6", "1-5", ""), "the least period is 2"),
