@@ -133,7 +133,7 @@ def test_info_fits_into_the_terminal(cli, tmp_path):
 
 @pytest.mark.slow
 def test_commands_that_fill_show_on_screen_what_files_get(tmp_path):
-    on_screens_as_in_files(FILLING, [], tmp_path, (80, 200))
+    on_screens_as_in_files(FILLING, [], tmp_path, (200,))
 
 
 @pytest.mark.slow

@@ -3,9 +3,11 @@
 import asyncio
 import multiprocessing
 import os
+import shutil
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -18,12 +20,15 @@ def catalogue(filled):
 
 
 @pytest.fixture
-def other(tmp_path):
+def other(made_once, tmp_path):
     """A catalogue that has nothing to do with the first one."""
-    made = Catalogue.create(tmp_path / "other.db")
-    made.fill("2-8", a=1)
-    made.fill("2-8", a=1.6)
-    return made.path
+
+    def make(path):
+        made = Catalogue.create(path)
+        made.fill("2-8", a=1)
+        made.fill("2-8", a=1.6)
+
+    return Path(shutil.copy(made_once("other", make), tmp_path / "other.db"))
 
 
 def codes(catalogue):
