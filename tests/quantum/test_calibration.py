@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from calibration import FIRST_PUBLIC, KINDS, PUBLIC, Kind, Source, Tally, staircase_of, windows
+from quick import fuzz_but
 
 from orbitdb import Catalogue, levels, read_levels
 from orbitdb.quantum.weyl import Parity
@@ -46,7 +47,7 @@ def test_a_few_windows_are_judged_rightly(catalogue, exact_once):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", fuzz_but([KINDS[0], KINDS[-1]], KINDS), ids=lambda kind: kind.name)
 def test_statements_about_windows_of_one_parity_are_as_often_right_as_they_say(catalogue, to_40, kind):
     tally, rng = Tally(), np.random.default_rng(1992)
     for parity, k in to_40.items():
@@ -60,7 +61,7 @@ def test_statements_about_windows_of_one_parity_are_as_often_right_as_they_say(c
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS[:4], ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", fuzz_but(KINDS[1:3], KINDS[:4]), ids=lambda kind: kind.name)
 def test_statements_about_published_windows_at_770_are_as_often_right_as_they_say(catalogue, kind):
     tally, rng = Tally(), np.random.default_rng(1992)
     source = Source(1.0, Parity.OO, read_levels(PUBLIC), FIRST_PUBLIC)

@@ -17,7 +17,7 @@ def slow_but(
     some = every[:kept] if isinstance(kept, int) else kept
     if unknown := [value for value in some if value not in every]:
         raise ValueError(f"{unknown} cannot be kept: the values are {every}")
-    parts = [(value, value if isinstance(value, tuple) else (value,)) for value in every]
+    parts = [(value, value if type(value) is tuple else (value,)) for value in every]  # not a NamedTuple
     return [value if value in some else pytest.param(*several, marks=mark) for value, several in parts]
 
 
