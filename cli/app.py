@@ -113,7 +113,7 @@ class Command(TyperCommand):
             if text == "--":
                 return
             name, _, _ = text.partition("=")
-            if before not in valued and name not in names and f"-{name}" in names:
+            if before not in valued and name[:1] == "-" and name not in names and f"-{name}" in names:
                 ctx.fail(f"options have two dashes: -{name}")
             before = text
 
@@ -226,6 +226,8 @@ def refusal(error: ParsingError) -> str:
     every = [name for parameter in context.command.params for name in parameter.opts]
     if now is not None and now.split()[0] in every:
         return f"No such option: {mistyped} (it is now {now})"
+    if elsewhere := _written_otherwise(mistyped, context):
+        return f"No such option: {mistyped} ({elsewhere})"
     names = [name for name in every if name[:2] == "--"]
     meant = [name for name in names if mistyped.startswith(name) or name.startswith(mistyped)]
     question = f"did you mean {' or '.join(meant)}? " if meant else guess(mistyped, names)
@@ -235,13 +237,34 @@ def refusal(error: ParsingError) -> str:
 _EXTRA = re.compile(r"Got unexpected extra argument\S* \((\S+?)[ )].*")
 
 
+def _written_otherwise(mistyped: str, context: Any) -> str:
+    """Say how a command takes what was given as an option that it lacks: a range of a column, or its file."""
+    from orbitdb.selection import MEASURES
+
+    names = {name for parameter in context.command.params for name in parameter.opts}
+    column = mistyped.removeprefix("--").replace("-", "_")
+    if "--range" in names and column in MEASURES:
+        return f"ranges are given with --range: {context.info_name} --range {column}=LOW:HIGH"
+    if mistyped in ("-o", "--output") and "file" in names:
+        return f"the file is an argument: {context.info_name} orbits.csv"
+    return ""
+
+
 def _where_it_goes(extra: str, context: Any) -> str:
-    """Say with which option a command takes what was given without one: periods, or a word."""
+    """Say with which option a command takes what was given without one."""
+    from orbitdb.columns import IN_CATALOGUE
+
     names = {name for parameter in context.command.params for name in parameter.opts}
     if "--p" in names and re.fullmatch(r"(1?[0-9]|20)([-,][-,0-9]+)?", extra):
         return f": periods are given with --p: {context.info_name} --p {extra}"
     if "--code" in names and re.fullmatch(r"[0-5^()]+", extra):
         return f": words are given with --code: {context.info_name} --code {quoted(extra)}"
+    if "--by" in names and extra.partition(",")[0] in {column.name for column in IN_CATALOGUE}:
+        return f": columns are given with --by: {context.info_name} --by {extra}"
+    if "--k" in names and re.fullmatch(r"[0-9.]*:?[0-9.]+", extra):
+        return f": the range of k is given with --k: {context.info_name} --k {extra}"
+    if "--start" in names and extra.count(",") == 2:
+        return f": a start is given with --start: {context.info_name} --start={extra}"
     return ""
 
 

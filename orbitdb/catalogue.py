@@ -1717,7 +1717,7 @@ class Catalogue:
     def plot(
         self,
         name: str,
-        selection: "Selection | Sequence[Selection] | None" = None,
+        selection: "Selection | Sequence[Selection] | str | None" = None,
         *,
         over_a: bool = False,
         order: str | None = None,
@@ -1742,8 +1742,8 @@ class Catalogue:
         name : str
             One of the names in ``orbitdb plot --help``, such as ``life`` or ``phase-space``.
         selection, a, code, ... : optional
-            What to draw: one or several words as `code`, or a subset (`Selection`). Some figures compare
-            several ``a``.
+            What to draw: a word, several as `code`, or a subset (`Selection`). Some figures compare several
+            ``a``.
         over_a : bool, optional
             Whether ``entropy`` is drawn against ``a`` instead of the period.
         order, limit : optional
@@ -1772,7 +1772,7 @@ class Catalogue:
 
         Examples
         --------
-        >>> figure = catalogue.plot("life", code="010203113", size=3.39)
+        >>> figure = catalogue.plot("life", "010203113", size=3.39)
         >>> figure.axes[0].get_title()
         '010203113 is born at $a = 0.386253$'
         """

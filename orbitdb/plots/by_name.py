@@ -57,13 +57,15 @@ class _Asked(NamedTuple):
 def plot(
     catalogue: "Catalogue",
     name: str,
-    selection: Selection | Sequence[Selection] | None,
+    selection: Selection | Sequence[Selection] | str | None,
     criteria: Criteria,
     values: Mapping[str, Any],
     size: Any = None,
     title: str | None = None,
 ) -> Picture:
     """Draw a figure (`Catalogue.plot`); `values` are its other arguments, None or False if not given."""
+    if isinstance(selection, str):
+        selection, criteria = None, {**criteria, "code": selection}
     given = [each for each, value in {**values, **criteria}.items() if _is_given(value)]
     figure = whole_figure(name, given)
     _refuse_others(figure, given)

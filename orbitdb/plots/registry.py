@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from orbitdb.errors import InputError
 from orbitdb.selection import Selection
+from orbitdb.text import guess
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
@@ -218,7 +219,7 @@ def figure_of(name: str, given: Collection[str] = ()) -> Figure:
 def whole_figure(name: str, given: Collection[str] = ()) -> Figure:
     """Return the figure that `orbitdb plot` draws under a name, or its variant for the given options."""
     if (asked := plain_name(str(name))) not in NAMES:
-        raise InputError(f"figure {name!r:.40}: use one of {', '.join(NAMES)}")
+        raise InputError(f"figure {name!r:.40}: {guess(asked, NAMES)}use one of {', '.join(NAMES)}")
     return figure_of(asked, given)
 
 

@@ -140,6 +140,7 @@ def test_a_figure_fits_a_column_and_its_text_can_be_read(whole, name, width):
     [
         ("circle", {}, "use one of orbit, reverse, life"),
         ("births", {"code": "13"}, "plot births does not use code"),
+        ("births", {"selection": "13"}, "plot births does not use code"),
         ("lengths", {"order": "p"}, "plot lengths does not use order"),
         ("orbit", {}, "give it as `code='1232131'`"),
         ("orbit", {"code": ["13", "0123"]}, "plot orbit draws one word"),
