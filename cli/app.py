@@ -239,7 +239,7 @@ _EXTRA = re.compile(r"Got unexpected extra argument\S* \((\S+?)[ )].*")
 
 def _written_otherwise(mistyped: str, context: Any) -> str:
     """Say how a command takes what was given as an option that it lacks: a range of a column, or its file."""
-    from orbitdb.selection import MEASURES
+    from orbitdb.criteria import MEASURES
 
     names = {name for parameter in context.command.params for name in parameter.opts}
     column = mistyped.removeprefix("--").replace("-", "_")
