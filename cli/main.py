@@ -173,6 +173,8 @@ def _unwritten(error: OSError) -> int:
         return UNREAD
     if error.filename is None and error.errno == errno.ENOENT:
         return _say("the current folder no longer exists: change to another", NO_DATABASE)
+    if error.errno in (errno.EMFILE, errno.ENFILE):
+        return _say("too many open files: raise the limit of the shell, 'ulimit -n'", NO_DATABASE)
     where = error.filename or "the output"
     if error.errno in DISK_TROUBLE:
         return _say(f"{where} cannot be written ({error.strerror})", NO_DATABASE)

@@ -126,7 +126,7 @@ def _rows_of(
 
     Notes say what is missing and, for a table, what else is known.
     """
-    notes([*result.notes, *(result.facts if output.table and len(result) else ())])
+    notes([*result.notes, *(result.facts if output.table else ())])
     if not len(result):
         raise typer.Exit(1)
     names = [name for name in result.columns if name not in hidden]

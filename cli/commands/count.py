@@ -44,6 +44,6 @@ def count(
     usual = () if OF_STATUS.intersection(names) else None
     with snapshot(db, a, choice, usual, chosen_codes(code)) as (catalogue, selections):
         found = catalogue.count(selections if many_a(a) else selections[0], by=names)
-    notes([*found.notes, *(found.facts if output.table and len(found) else ())])
+    notes([*found.notes, *(found.facts if output.table else ())])
     if not output.write([*found.columns], found.rows()):
         raise typer.Exit(1)

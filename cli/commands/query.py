@@ -30,8 +30,10 @@ from orbitdb.errors import InputError
 from orbitdb.text import format_float, guess
 
 if TYPE_CHECKING:
+    from orbitdb.catalogue import Catalogue
     from orbitdb.orbits.orbit import Orbit
     from orbitdb.orbits.status import Status
+    from orbitdb.selection import Selection
 
 
 EXAMPLES = {
@@ -92,7 +94,7 @@ def query(
             "--by-bounce needs WORD; 'orbitdb export --by-bounce' writes the bounces of many orbits"
         )
     with snapshot(db, a, choice) as (catalogue, selections):
-        in_table = (*_in_table(selections[0].statuses), *_sorted_by(order))
+        in_table = (*_in_table(_statuses(catalogue, selections, output)), *_sorted_by(order))
         usual = (*(in_table if output.for_people else WRITTEN), *["words"] * classes)
         names = asked_columns(columns, usual, a)
         names = (*names, *_bounds_of(names, output))
@@ -115,6 +117,17 @@ def _bounds_of(names: Sequence[str], output: Output) -> list[str]:
     """Return the columns with the bounds of the named ones if --uncertainty needs them."""
     bounds = [f"{name}_error" for name in names] if output.uncertainty else []
     return [name for name in bounds if name in OF_CATALOGUE and name not in names]
+
+
+def _statuses(
+    catalogue: "Catalogue", selections: "Sequence[Selection]", output: Output
+) -> "Sequence[Status]":
+    """Return the chosen statuses or, for a table of words of every status, those that the words have."""
+    from orbitdb.orbits.status import STORED, Status
+
+    if output.for_people and selections[0].statuses in ((), STORED):
+        return [*map(Status, catalogue.count(selections, by="status").columns.get("status", ()))]
+    return selections[0].statuses
 
 
 def _in_table(statuses: "Sequence[Status]") -> tuple[str, ...]:

@@ -64,8 +64,8 @@ def table(connection: Connection, chosen: Selection) -> Result:
     stored = counted.chosen and tightest_bounds(connection, chosen.a) is not None
     proved = enclosure(connection, chosen.a) if stored else None
     columns = _table(counted.chosen, counted.tallies)
-    facts = (chosen.describe(), *([] if proved is None else [proved.fact]))
-    return Result(chosen, columns, facts, tuple(notes))
+    facts = [chosen.describe()] * bool(counted.chosen) + ([] if proved is None else [proved.fact])
+    return Result(chosen, columns, tuple(facts), tuple(notes))
 
 
 def table_of_rows(chosen: Selection, periods: Sequence[int], p: Integers, status: Any, least: Any) -> Result:
@@ -77,10 +77,11 @@ def table_of_rows(chosen: Selection, periods: Sequence[int], p: Integers, status
         orbits, *apart = (own == kind.value for kind in (Status.ORBIT, Status.BOUNDARY, Status.UNRESOLVED))
         others = (int(marks.sum()) for marks in apart)
         tallies[period] = Tally(len(own), int(orbits.sum()), len(set(words[orbits].tolist())), *others)
-    columns = _table(periods, tallies)
+    columns, notes = _table(periods, tallies), tuple[str, ...]()
     if chosen.statuses and not {*STORED} - {Status.GEOMETRIC} <= {*chosen.statuses}:  # some were not read
         columns |= {name: [None] * len(tallies) for name in ("N_t", "boundary", "unresolved")}
-    return Result(chosen, columns, (chosen.describe(),))
+        notes = ("N_t, boundary and unresolved are blank: they count words of every status, `status='all'`",)
+    return Result(chosen, columns, (chosen.describe(),), notes)
 
 
 def _table(periods: Sequence[int], tallies: Mapping[int, Tally]) -> dict[str, list[Any]]:

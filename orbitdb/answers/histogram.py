@@ -67,7 +67,7 @@ def count_by(connection: Connection, selection: Selection, by: Sequence[str]) ->
     coverage = Coverage(connection, selection)
     notes = filter(None, [*coverage.gaps(by), "" if rows else coverage.nothing()])
     columns = columns_of((*by, "words", "classes"), rows)
-    return Result(selection, columns, (selection.describe(),), tuple(notes))
+    return Result(selection, columns, (selection.describe(),) if rows else (), tuple(notes))
 
 
 def histogram(connection: Connection, selection: Selection, column: str, bins: int) -> Histogram:

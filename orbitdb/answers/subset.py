@@ -25,6 +25,7 @@ from orbitdb.store.file import reading
 from orbitdb.store.lookup import Lives, coordinates_of, find_or_solve, lives_of
 from orbitdb.store.select import COORDINATES, WORDS
 from orbitdb.store.sqlite import Connection
+from orbitdb.store.tables import readable
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.symmetry import AXIS, QUARTER_SIGNS, half_of
 from orbitdb.symbols.words import WordError, from_strings, key, least_rotation, parse
@@ -379,8 +380,9 @@ class Subset(Table, Drawn):
         self._need_words()
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
         number = np.array([key(word) for word in self.representative[rows].tolist()], dtype=np.int64)
-        classes = OrbitClasses(self.p[rows], np.ones_like(rows), self.length[rows], self.lyapunov[rows],
-                               self.walls[rows], number=number)  # fmt: skip
+        columns = (each[rows] for each in (self.length, self.lyapunov, self.walls))
+        with readable(f"a row of {self.selection.describe()}"):
+            classes = OrbitClasses(self.p[rows], np.ones_like(rows), *columns, number=number)
         chosen = replace(self.selection, statuses=self.selection.statuses or (Status.ORBIT,))
         return CompletePeriods(chosen, chosen, self.filled, classes=classes, part=self.total is not None)
 

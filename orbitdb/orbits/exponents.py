@@ -115,6 +115,10 @@ class Tally:
         return cls(int(sizes.sum()), *counts.tolist())
 
 
+_LEAST = 1e-100
+"""No length and no lambda of an orbit is as small, nor as large as its inverse."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class OrbitClasses(Batch):
     """N symmetry classes of isolated orbits, with any periods and in any order.
@@ -138,8 +142,8 @@ class OrbitClasses(Batch):
     Raises
     ------
     ValueError
-        If the arrays differ in length, or if a period, number of words, length or lambda is not positive and
-        finite.
+        If the arrays differ in length, or if a period, number of words, length or lambda is not between
+        1e-100 and 1e100, so that sums over them might overflow.
     """
 
     p: Integers
@@ -157,7 +161,7 @@ class OrbitClasses(Batch):
         columns: tuple[NDArray[Any], ...] = (self.p, self.words, self.length, self.lyapunov, self.walls)
         if len({column.shape for column in columns}) != 1 or self.p.ndim != 1:
             raise ValueError("the columns of classes must be vectors of the same length")
-        if not all((column > 0).all() and np.isfinite(column).all() for column in columns[:4]):
+        if not all(((column > _LEAST) & (column < 1 / _LEAST)).all() for column in columns[:4]):
             raise ValueError("classes need a positive period, number of words, length and lambda")
 
     def __len__(self) -> int:

@@ -104,7 +104,8 @@ def watched(
         reason = patience.reason or _told(driver)
         if not reason and _was_signal(error):
             raise KeyboardInterrupt from error
-        if sql is None or isinstance(error, SelectionError) or (not reason and of_file(error)):
+        lacking = driver is not _stage() and "no such" in str(error)  # what the stage has, the file lacks
+        if sql is None or isinstance(error, SelectionError) or (not reason and (lacking or of_file(error))):
             raise
         raise SelectionError(_refusal(sql, reason or str(error), what)) from error
     finally:

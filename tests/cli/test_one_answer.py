@@ -266,6 +266,15 @@ async def test_the_screen_shows_the_rows_of_the_shell(stored, asked, cli):
         assert [source.row(place)[0] for place in range(len(source))] == done.out.split()[1:]
 
 
+@pytest.mark.parametrize("status", ["dynamical", "geometric", "orbit"])
+def test_a_table_of_a_status_has_the_same_columns_however_it_is_chosen(status, varied, cli):
+    """No column is empty: words that are no orbits have a margin, but no length."""
+    asked = ("query", "--p", "3,5", "--a", "1.6", "--db", str(varied), "--limit", "9")
+    chosen = cli(*asked, "--status", status), cli(*asked, "--where", f"status = '{status}'")
+    assert chosen[0].out == chosen[1].out
+    assert ("length" in chosen[0].out) == (status == "orbit")
+
+
 def test_a_result_in_python_says_which_a_it_took(stored):
     kind, path = stored
     if DEFAULT[kind] is None:

@@ -156,6 +156,8 @@ VALUES = {
     ("entropy_bound", "lower", "NULL"): ["entropy"],
     ("orbit", "length", "NULL"): ["lyapunov", "--p", "2-8"],
     ("orbit", "lyapunov", "-1.0"): ["lyapunov", "--p", "2-8"],
+    ("orbit", "lyapunov", "1e-320"): ["lyapunov", "--p", "2-8"],
+    ("orbit", "length", "1e308"): ["lyapunov", "--p", "2-8"],
 }
 
 
@@ -217,6 +219,20 @@ def test_damaged_text_of_the_schema_is_told_like_any_other(filled, cli):
     filled.write_bytes(data)
     for command in ("table", "fill --p 3"):
         assert cli(*command.split()).says(3, f"{filled} is damaged: restore a copy, or move it away")
+
+
+def test_a_damaged_name_of_a_column_is_not_the_fault_of_the_sql(filled, cli):
+    with closing(sqlite3.connect(filled)) as plain:
+        plain.execute("PRAGMA writable_schema = ON")
+        plain.execute(
+            "UPDATE sqlite_schema SET sql = replace(sql, 'lyapunov', 'lyapunow') WHERE name = 'orbit'"
+        )
+        plain.commit()
+    for question in (("sql", "SELECT max(lyapunov) FROM class"), ("query", "--where", "lyapunov < 4")):
+        assert cli(*question).says(3, f"{filled} is damaged: restore a copy, or move it away")
+    assert cli("sql", "SELECT lyapunow FROM class").says(
+        2, "no such column: lyapunow; did you mean lyapunov?"
+    )
 
 
 def test_damage_in_a_snapshot_is_told_like_any_other(filled):

@@ -102,7 +102,7 @@ def test_classes_agree_with_a_list(asked, criteria):
     catalogue, rows = asked
     wanted = expected(rows, criteria | {"status": "orbit"})
     counts = Counter((row["representative"], *(row[name] for name in OF_CLASSES)) for row in wanted)
-    found = catalogue.classes(Selection.from_criteria(**criteria))
+    found = catalogue.classes(**criteria)
     for place, name in enumerate(OF_CLASSES, 1):
         assert getattr(found, name).tolist() == [known[place] for known in counts], name
     assert found.words.tolist() == list(counts.values())

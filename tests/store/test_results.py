@@ -50,6 +50,8 @@ def test_a_subset_gives_the_results_of_the_catalogue(catalogue, varied):
         assert each.select(p="2-8", status="all").table().columns == each.table().columns
         found = each.select(p="2-8").table()
         assert [found["N_t"], found["boundary"], found["unresolved"]] == 3 * [len(found) * [None]]
+        assert "N_t, boundary and unresolved are blank" in found.notes[0]
+        assert each.select(p="2-8", status="all").table().notes == ()
         assert found["N_c"] == each.table()["N_c"]
 
 
