@@ -59,6 +59,10 @@ def _grid(
     exact; the numbers in between are rounded to 6 digits, so that the user can type each of them.
     """
     parts = text.split(":")
+    if "," in text:
+        raise ValueError(
+            f"{text!r:.40}: repeat --{name} for several values, or give a grid such as {example}"
+        )
     if len(parts) == 1:
         return GivenValues([read(text)])
     if len(parts) != 3:

@@ -359,8 +359,8 @@ class SelectionOptions:
         typer.Option(
             "--range",
             metavar="NAME=LOW:HIGH",
-            help="Range of length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born or dies, or "
-            "number of walls, such as walls=0; repeatable.",
+            help="Range of length, quarter_length, lyapunov, quarter_lyapunov, lambda_d, lambda_c, margin, "
+            "born or dies, or number of walls, such as walls=0; repeatable.",
         ),
     ] = None
     where: Annotated[

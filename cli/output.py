@@ -47,6 +47,9 @@ _DECIMALS = {
 }  # fmt: skip
 """Decimals shown in tables. Columns not listed have 6; formats for programs give all digits."""
 
+_ROUNDING = 1e-15
+"""Coordinates below this are zero within their error bounds."""
+
 _BOUNDS = {"lower": ROUND_FLOOR, "upper": ROUND_CEILING}
 """Proved bounds, which are rounded outward."""
 
@@ -190,6 +193,8 @@ def number(name: str, value: Any, digits: int | None = None) -> str:
             return f"{value:.3g}"
         if name.endswith("error"):
             return upwards(value)
+        if abs(value) < _ROUNDING and _DECIMALS.get(name) == 12:
+            value = 0.0
         if name.endswith(_TINY) or (value and abs(value) < 1e-4):
             return f"{value:z.1e}"
         if name == "K_0" and digits is None:

@@ -17,7 +17,8 @@ from orbitdb.symbols.symmetry import NAMES, label, smallest_group
 from orbitdb.text import guess, real
 
 MEASURES = (
-    "length", "quarter_length", "lyapunov", "lambda_d", "lambda_c", "margin", "born", "dies", "walls",
+    "length", "quarter_length", "lyapunov", "quarter_lyapunov", "lambda_d", "lambda_c", "margin", "born",
+    "dies", "walls",
 )  # fmt: skip
 """The columns that a selection can bound from below and above."""
 
@@ -50,6 +51,7 @@ class Criteria(TypedDict, total=False):
     length: Limits | None
     quarter_length: Limits | None
     lyapunov: Limits | None
+    quarter_lyapunov: Limits | None
     lambda_d: Limits | None
     lambda_c: Limits | None
     margin: Limits | None

@@ -114,8 +114,8 @@ class Selection:
             An SQL expression that uses the columns of the view ``catalogue``.
         parameters : mapping, optional
             Values for the names (``:name``) in `where`.
-        length, quarter_length, lyapunov, lambda_d, lambda_c, margin, born, dies : (float, float), optional
-            Least and greatest value, or None for no limit, as in ``length=(3, None)``.
+        length, quarter_length, lyapunov, quarter_lyapunov, lambda_d, lambda_c, margin, born, dies : optional
+            Pairs of the least and the greatest value, or None for no limit, as in ``length=(3, None)``.
         walls : int or (int, int), optional
             Number of bounces on straight walls, or its least and greatest value.
 

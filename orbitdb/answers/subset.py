@@ -380,9 +380,9 @@ class Subset(Table, Drawn):
         self._need_words()
         rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
         number = np.array([key(word) for word in self.representative[rows].tolist()], dtype=np.int64)
-        columns = (each[rows] for each in (self.length, self.lyapunov, self.walls))
+        length, lyapunov, walls = self.length[rows], self.lyapunov[rows], self.walls[rows]
         with readable(f"a row of {self.selection.describe()}"):
-            classes = OrbitClasses(self.p[rows], np.ones_like(rows), *columns, number=number)
+            classes = OrbitClasses(self.p[rows], np.ones_like(rows), length, lyapunov, walls, number=number)
         chosen = replace(self.selection, statuses=self.selection.statuses or (Status.ORBIT,))
         return CompletePeriods(chosen, chosen, self.filled, classes=classes, part=self.total is not None)
 

@@ -125,6 +125,7 @@ LISTED = [
     ("query --order lambda_d --where length_error<1 --limit 3", None),
     ("query --order lyapunov --limit 3", "lyapunov"),
     ("query --order quarter_lyapunov --limit 3", "quarter_lyapunov"),
+    ("query --range quarter_lyapunov=:2 --limit 3", "quarter_lyapunov"),
     ("query --where lyapunov<5 --limit 3", "lyapunov"),
     ("query --order length --status dynamical --limit 3", None),
     ("export --order quarter_length --limit 3 --format csv", "quarter_length"),

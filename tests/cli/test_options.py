@@ -130,3 +130,19 @@ def test_system_errors_are_reported_and_program_errors_raised(cli, tmp_path, mon
         assert fail(OSError(odd, os.strerror(odd), "x.csv")).says(1, "x.csv", os.strerror(odd))
     with pytest.raises(ZeroDivisionError):  # unforeseen errors are not hidden
         fail(ZeroDivisionError())
+
+
+@pytest.mark.parametrize(
+    ("command", "said"),
+    [
+        ("fill p=9", "write --p 9"),
+        ("table --a 1,1.6", "repeat --a for several values, or give a grid such as 0.3:10:40"),
+    ],
+)
+def test_a_value_in_another_form_is_told_how_to_be_written(cli, command, said):
+    assert cli(*command.split()).says(2, said)
+
+
+def test_a_coordinate_that_is_zero_within_its_bound_is_shown_as_zero(cli):
+    assert "e-" not in cli("query", "13", "--by-bounce", "--a", "1", "--digits", "3").out
+    assert "e-" not in cli("query", "13", "--a", "1").out.partition("symbol")[2]
