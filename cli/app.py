@@ -255,6 +255,9 @@ def _where_it_goes(extra: str, context: Any) -> str:
     from orbitdb.columns import IN_CATALOGUE
 
     names = {name for parameter in context.command.params for name in parameter.opts}
+    option, given, value = extra.partition("=")
+    if given and f"--{option}" in names:
+        return f": write --{option} {value}"
     if "--p" in names and re.fullmatch(r"(1?[0-9]|20)([-,][-,0-9]+)?", extra):
         return f": periods are given with --p: {context.info_name} --p {extra}"
     if "--code" in names and re.fullmatch(r"[0-5^()]+", extra):
