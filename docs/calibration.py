@@ -1,8 +1,11 @@
 """Measure how often the statements of `orbitdb assess` are right, in windows cut from complete lists.
 
-``python docs/calibration.py`` prints the table on the page about levels. Exact levels take most of its half
-hour; ``python docs/calibration.py some.db`` keeps them in a catalogue, and takes five minutes the next time.
+``python docs/calibration.py`` prints the table on the page about levels, in TIME of processor time, a third
+of it for exact levels; ``python docs/calibration.py some.db`` keeps these in a catalogue for the next time.
 Numbers after it choose rows: ``python docs/calibration.py some.db 3`` measures the public levels only.
+
+None of the lists was used to tune the program: tests/benchmarks/bench_levels.py does that with the first half
+of the public levels, and exact levels of other stadiums.
 """
 
 import sys
@@ -19,14 +22,15 @@ from orbitdb.answers.stadium_levels import orbits_for, read_orbits
 from orbitdb.arrays import Floats
 from orbitdb.quantum.levels_from_orbits import Staircase
 from orbitdb.quantum.missing_levels import Assessment, assess
-from orbitdb.quantum.weyl import Parity
+from orbitdb.quantum.weyl import Parity, parities_of
+from orbitdb.store.stored_values import stored_levels
 
 PUBLIC = Path(__file__).parents[1] / "tests" / "published" / "quarter_stadium_k770.txt"
 FIRST_PUBLIC = 83898
 
 
 class Source(NamedTuple):
-    """A complete list of levels: half length, parity, its range of k, and the number of its first level."""
+    """A complete list of levels: half length, parity, the levels, and the number of the first."""
 
     a: float
     parity: Parity | None
@@ -50,13 +54,13 @@ KINDS = (
     Kind("2 % missing, 2 % spurious", 0.02, 0.02),
 )
 ROWS = (
-    ("k = 20 to 100", ((1.4, Parity.OO, 20.0, 100.0), (1.8, Parity.OO, 20.0, 100.0)), (100,)),
-    ("k = 100 to 160", ((1.0, Parity.OO, 100.0, 160.0),), (100,)),
-    ("k = 770 to 778", (), (100, 400)),
-    ("all parities, k = 4 to 31", ((1.6, None, 4.0, 31.0),), (100,)),
+    ("k = 20 to 92", ((1.4, Parity.EO, 20.0, 50.0), (1.8, Parity.EE, 85.0, 92.0)), {100: 48}),
+    ("k = 110 to 156", ((1.2, Parity.EE, 110.0, 118.0), (0.8, Parity.OE, 150.0, 156.0)), {100: 48}),
+    ("k = 774 to 778", (), {100: 60, 400: 20}),
+    ("all parities, k = 4 to 40", ((1.2, None, 4.0, 31.0), (0.7, None, 30.0, 40.0)), {100: 48}),
 )
-"""Name of each row, the exact levels (none for the public ones), and the lengths of the windows."""
-WINDOWS, SEED = 40, 1992
+"""Name of each row, the exact levels (none for the public ones), and the number of windows of each length."""
+SEED = 1992
 
 
 class Window(NamedTuple):
@@ -138,7 +142,8 @@ class Tally:
         """Return the cells of a row of the table."""
         sure = f"{sum(right for _, right in self.sure)} of {len(self.sure)}"
         within = f"{np.mean(self.within):.2f}" if self.within else ""
-        return [shares(self.first), sure, shares(self.rows), within, str(self.refused)]
+        total = self.refused + len(self.first)
+        return [shares(self.first), sure, shares(self.rows), within, f"{self.refused} of {total}"]
 
 
 def shares(statements: Sequence[tuple[float, bool]]) -> str:
@@ -156,11 +161,23 @@ def staircase_of(catalogue: Catalogue, source: Source) -> Staircase:
     return orbits_for(Stadium(source.a), classes, source.parity, source.k, window=True, period=period)
 
 
-def source(catalogue: Catalogue, a: float, parity: Parity | None, low: float, high: float) -> Source:
+def exact(catalogue: Catalogue, a: float, parity: Parity | None, low: float, high: float) -> Source:
     """Return exact levels from a catalogue, which computes those that it does not hold."""
-    k = catalogue.fill_levels(high, parity=parity, a=a).k
-    first = int(np.searchsorted(k, low))
-    return Source(a, parity, k[first:], first + 1)
+    k = catalogue.fill_levels((low, high), parity=parity, a=a).k
+    with catalogue._reading() as connection:
+        first = [
+            next(window for window in stored_levels(connection, a, one) if window.low <= low < window.high)
+            for one in parities_of(parity)
+        ]
+    return Source(a, parity, k, 1 + sum(window.below + int((window.k < low).sum()) for window in first))
+
+
+def public() -> tuple[Source, Source]:
+    """Return the two halves of the public levels: the first one to tune the program, the other to test it."""
+    low, high = np.array_split(read_levels(PUBLIC), 2)
+    halves = ((low, FIRST_PUBLIC), (high, FIRST_PUBLIC + len(low)))
+    one, other = (Source(1.0, Parity.OO, k, first) for k, first in halves)
+    return one, other
 
 
 def main(path: Path, rows: Sequence[int]) -> None:
@@ -171,17 +188,16 @@ def main(path: Path, rows: Sequence[int]) -> None:
         "missing levels within twice the error", "refused",
     )  # fmt: skip
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
-    for name, exact, lengths in (ROWS[row - 1] for row in rows):
-        for a in {a for a, *_ in exact} or {1.0}:
+    for name, ranges, lengths in (ROWS[row - 1] for row in rows):
+        for a in {a for a, *_ in ranges} or {1.0}:
             catalogue.fill("2-12", a=a)
-        public = [] if exact else [Source(1.0, Parity.OO, read_levels(PUBLIC), FIRST_PUBLIC)]
-        sources = [*public, *(source(catalogue, *one) for one in exact)]
+        sources = [exact(catalogue, *one) for one in ranges] or [public()[1]]
         compared = [(one, staircase_of(catalogue, one)) for one in sources]
-        for length in lengths:
+        for length, count in lengths.items():
             for kind in KINDS:
                 tally, rng = Tally(), np.random.default_rng(SEED)
                 for one, orbits in compared:
-                    tally.measure(orbits, windows(rng, one, length, kind, WINDOWS // len(compared)))
+                    tally.measure(orbits, windows(rng, one, length, kind, count // len(compared)))
                 cells = [f"{name}, {kind.name}", str(length), *tally.row()]
                 print(f"| {' | '.join(cells)} |", flush=True)
 

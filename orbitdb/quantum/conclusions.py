@@ -14,16 +14,20 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from orbitdb.arrays import Floats, Integers
 from orbitdb.quantum.judging import Judgement
 from orbitdb.quantum.level_paths import BACK, CROWDED
 
 _CERTAIN = 0.9
-_TEMPER, _LESS = 0.75, 4.0
-"""Power of the probabilities of gaps: those of the model are a little too certain. Those of the first number
-of a crowded list have the power 1 less the second number times the rates of missing and of spurious levels,
-at least half, because the search is less exact there. See tests/benchmarks/bench_levels.py."""
+_OF_GAPS, _OF_FIRST, _LEAST = 0.75, 0.9, 0.5
+"""Powers of the probabilities of the model, which is a little too certain: for named gaps, and for the first
+number of a crowded list, where the search is less exact, at most and at least."""
+_BY_MISSING, _BY_SPURIOUS, _SOME = 2.0, 0.15, 0.004
+"""By how much the power for the first number is less: times the rate of missing levels; and if the rate of
+spurious ones is above the third number, because missing ones may hide beside them. All are from
+tests/benchmarks/bench_levels.py."""
 _MOST, _MOST_MIXED = 0.999, 0.98
 """Largest probability that is stated, because 300 paths tell no more; and for gaps in lists of all parities,
 because in tests the model was surer of 123 such gaps and right about 113."""
@@ -128,12 +132,13 @@ class _Paths:
 
     def __init__(self, judged: Judgement) -> None:
         steps, drawn = judged.steps, judged.posterior.drawn
-        missing = steps.missing.astype(np.int32)[drawn]
-        self.k, self.spurious, self.missing = judged.compared.k, missing < 0, np.maximum(missing, 0)
+        missing = steps.missing.astype(np.int16)[drawn]  # small integers: there are many paths
+        self.k, self.spurious = judged.compared.k, missing < 0
         self.drawn, self.low = drawn, steps.low
-        net = judged.posterior.first + np.cumsum(missing, axis=0, dtype=np.int32)
-        place = np.arange(1, len(self.k) + 1, dtype=np.int32)[:, None]
-        self.number = np.where(self.spurious, 0, place + net)
+        self.number = np.cumsum(missing + np.int16(1), axis=0, dtype=np.int32)
+        self.number += judged.posterior.first.astype(np.int32)
+        self.number[self.spurious] = 0
+        self.missing = np.maximum(missing, 0, out=missing)
 
     def __len__(self) -> int:
         return self.missing.shape[1]
@@ -206,7 +211,7 @@ def _range(paths: _Paths, low: int, high: int, most: float, named: bool) -> _Ran
     between = slice(low, high - 1)  # the levels between the two ends
     counts = np.stack([paths.missing[rows].sum(axis=0), paths.spurious[between].sum(axis=0)])
     pairs, net = list(zip(*counts.tolist(), strict=True)), (counts[0] - counts[1]).tolist()
-    chances = _tempered(Counter(pairs if named else net), most)
+    chances = _tempered(Counter(pairs if named else net), most, _OF_GAPS if named else 1.0)
     likeliest, probability = next(iter(chances.items()))
     own = [path for path, value in enumerate(pairs if named else net) if value == likeliest]
     same = [path for path in own if pairs[path] == pairs[own[0]]][:_TRIED]
@@ -233,10 +238,11 @@ def _power(judged: Judgement) -> float:
     """Return the power of the probabilities of the first number."""
     if judged.compared.crowded[0] < CROWDED:
         return 1.0
-    return max(1 - _LESS * (judged.rates.missing + judged.rates.spurious), 0.5)
+    less = _BY_MISSING * judged.rates.missing + _BY_SPURIOUS * (judged.rates.spurious > _SOME)
+    return max(_OF_FIRST - less, _LEAST)
 
 
-def _tempered(counts: "Counter[_Value]", most: float, power: float = _TEMPER) -> dict[_Value, float]:
+def _tempered(counts: "Counter[_Value]", most: float, power: float) -> dict[_Value, float]:
     """Return the probabilities of values from their counts, the most probable first."""
     total = sum(count**power for count in counts.values())
     return {value: min(count**power / total, most) for value, count in counts.most_common()}
@@ -278,14 +284,12 @@ def _cells(paths: _Paths, crowded: Floats, start: int) -> list[tuple[int, int]]:
     if start == n:
         return []
     size = math.ceil(crowded[start])
-    changed = np.zeros((n + 1, len(paths)), np.int32)
-    changed[:n] = paths.missing + paths.spurious
-    below = np.concatenate([np.zeros((1, len(paths)), np.int32), np.cumsum(changed, axis=0)])
-    at = np.arange(start, n + 1)
-    first, last = np.maximum(at - size // 2, start), np.minimum(at + size // 2 + 1, n + 1)
-    active = (below[last] > below[first]).mean(axis=1) > _ACTIVE
-    share = (changed > 0).mean(axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], active, [False]]).astype(np.int8))) + start
+    changed = np.zeros((n + 1, len(paths)), np.uint8)
+    changed[start:n] = (paths.missing[start:] > 0) | paths.spurious[start:]
+    near = maximum_filter1d(changed, 2 * (size // 2) + 1, axis=0, mode="constant")
+    active, share = near.mean(axis=1) > _ACTIVE, changed.mean(axis=1)
+    active[:start] = False
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], active, [False]]).astype(np.int8)))
     found: list[tuple[int, int]] = []
     for low, high in edges.reshape(-1, 2).tolist():
         low, high = max(low - size // 4, found[-1][1] if found else start), min(high + size // 4, n)
@@ -301,7 +305,7 @@ def _cells(paths: _Paths, crowded: Floats, start: int) -> list[tuple[int, int]]:
 
 def _single(paths: _Paths, i: int, most: float) -> LevelGap:
     """Return the probabilities of the numbers of levels missing before level i."""
-    chances = _tempered(Counter(paths.missing[i].tolist()), most)
+    chances = _tempered(Counter(paths.missing[i].tolist()), most, _OF_GAPS)
     likely = {str(m): round(p, 3) for m, p in sorted(chances.items()) if p >= _NEGLIGIBLE}
     return LevelGap(paths.end(i - 1), paths.end(i), likely)
 

@@ -82,10 +82,15 @@ def judge(compared: Comparison) -> Judgement:
 
 
 def _first_rates(compared: Comparison) -> Rates:
-    """Return rates that explain by how much the difference rises or falls along the list."""
+    """Return rates that explain by how much the difference rises or falls along the list.
+
+    In a crowded list, one more missing level and one more spurious one may hide each other.
+    """
     n, d = len(compared.k), compared.difference
     rise = float(np.median(d[-4:-1]) - (np.median(d[1:4]) if compared.window else 0.0))
-    missing, spurious = (max(rise, 0.0) + 1) / (n + max(rise, 0.0) + 1), max(-rise, 0.0) / n
+    hidden = float(compared.crowded[0] > CROWDED)
+    missing = (max(rise, 0.0) + 1) / (n + max(rise, 0.0) + 1)
+    spurious = (max(-rise, 0.0) + hidden) / (n + hidden)
     return Rates(min(max(missing, _RARE), 0.3), min(max(spurious, _RARE), 0.1), 1.5)
 
 

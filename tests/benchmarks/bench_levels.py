@@ -9,9 +9,9 @@ errors
 misfits
     Misfits of lists that belong to the stadium, and of others (`_SHORTFALL` and others in
     `orbitdb.quantum.judging`).
-tempers
-    Probabilities of the model as they are, and how often its statements are right (`_TEMPER`, `_LESS`, ... in
-    `orbitdb.quantum.conclusions`).
+powers
+    How often statements are right, with the probabilities of the model as they are, and as they are stated
+    (`_OF_GAPS` and others in `orbitdb.quantum.conclusions`).
 times
     Seconds of processor time and the memory for lists of 134 to 20 000 levels.
 """
@@ -24,24 +24,26 @@ import time
 from pathlib import Path
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
 
-from calibration import FIRST_PUBLIC, KINDS, PUBLIC, Source, Tally, staircase_of, windows
+from calibration import KINDS, PUBLIC, Source, Tally, exact, public, staircase_of, windows
 
-from orbitdb import Catalogue, Stadium, levels, read_levels
+from orbitdb import Catalogue, Stadium, read_levels
 from orbitdb.quantum import conclusions
 from orbitdb.quantum.comparison import CUTOFF, smoothed
 from orbitdb.quantum.missing_levels import assess
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
 
-LIST = (1.0, Parity.OO, 60.0)
-"""Half length, parity and largest k of the exact levels."""
+LIST = (1.0, Parity.OO, 0.0, 60.0)
+MIXED = (1.6, None, 4.0, 26.0)
+"""Half length, parity and range of k of the exact levels."""
 
 
 def errors(catalogue: Catalogue) -> None:
     """Print g(l), where g(l) exp(-(l/X)^2) / (pi^2 l) is the variance of the error of N_X per unit length."""
-    source = exact()
+    source = exact(catalogue, *LIST)
     orbits = staircase_of(catalogue, source)
     k = np.arange(source.k[0] + 3, source.k[-1] - 1, 0.02)
     error = orbits.at(k)[0] - smoothed(k, source.k, CUTOFF)
@@ -58,7 +60,7 @@ def errors(catalogue: Catalogue) -> None:
 def misfits(catalogue: Catalogue) -> None:
     """Print the misfits of lists with missing and spurious levels, and of lists that do not belong."""
     rng = np.random.default_rng(3)
-    for source in (exact(), public()):
+    for source in (exact(catalogue, *LIST), public()[0]):
         orbits = staircase_of(catalogue, source)
         for length in (30, 60, 150, 300):
             for kind in KINDS:
@@ -90,22 +92,20 @@ def matrix(rng, k):
     return k[0] + (middle - middle[0]) / (middle[-1] - middle[0]) * (k[-1] - k[0])
 
 
-def tempers(catalogue: Catalogue) -> None:
+def powers(catalogue: Catalogue) -> None:
     """Print calibrations with the probabilities of the model as they are, and with those that are stated."""
-    usual = conclusions._TEMPER, conclusions._LESS
-    for temper, less in ((1.0, 0.0), usual):
-        conclusions._TEMPER, conclusions._LESS = temper, less
-        for source in (exact(), public()):
+    names = ("_OF_GAPS", "_OF_FIRST", "_BY_MISSING", "_BY_SPURIOUS", "_MOST_MIXED")
+    usual = [getattr(conclusions, name) for name in names]
+    for values in ([1.0, 1.0, 0.0, 0.0, 0.999], usual):
+        for name, value in zip(names, values, strict=True):
+            setattr(conclusions, name, value)
+        print(f"powers {values}")
+        for source in (exact(catalogue, *LIST), exact(catalogue, *MIXED), public()[0]):
             orbits, rng = staircase_of(catalogue, source), np.random.default_rng(5)
             for kind in KINDS:
                 tally = Tally()
-                tally.measure(orbits, windows(rng, source, 100, kind, 30))
-                print(
-                    f"power {temper}: k = {source.k[0]:.0f}, {kind.name}:",
-                    *tally.row(),
-                    sep=" | ",
-                    flush=True,
-                )
+                tally.measure(orbits, windows(rng, source, 100, kind, 60))
+                print(f"k = {source.k[0]:.0f}, {kind.name}:", *tally.row(), sep=" | ", flush=True)
 
 
 def times(catalogue: Catalogue) -> None:
@@ -126,35 +126,27 @@ def clocked(catalogue: Catalogue, name: str, k, window: bool = False) -> None:
 
 
 def made(catalogue: Catalogue, low: float, count: int):
-    """Return a made-up list: the staircase from the orbits, with the spacings of random matrices."""
+    """Return a made-up list: the staircase from the orbits, with the spacings of random matrices.
+
+    What random matrices add to the staircase beyond the resolution of the orbits is taken away.
+    """
     smooth = weyl(Stadium(1.0), Parity.OO)
     high = wavenumber(smooth, max(smooth(low), 0.0) + count)
     orbits = staircase_of(catalogue, Source(1.0, Parity.OO, np.array([max(low, 1.0), high]), 0))
-    number, rng, block = max(math.ceil(orbits.count[0][0]), 0), np.random.default_rng(1), np.arange(1.0, 201)
-    places = []
-    while number < orbits.count[0][-1] - len(block):
-        places.append(number - 0.5 + matrix(rng, block))
-        number += len(block)
-    k = np.interp(np.concatenate(places), np.maximum.accumulate(orbits.count[0]), orbits.k)
+    numbers = np.arange(max(math.ceil(orbits.count[0][0]), 0), orbits.count[0][-1]) + 0.5
+    rng, blocks = np.random.default_rng(1), np.array_split(numbers, math.ceil(len(numbers) / 200))
+    off = np.concatenate([matrix(rng, block) for block in blocks]) - numbers
+    off -= gaussian_filter1d(off, smooth.deriv()(low) / CUTOFF)
+    k = np.interp(numbers + off, np.maximum.accumulate(orbits.count[0]), orbits.k)
     return np.sort(k[k > low])[:count]
 
 
-def exact() -> Source:
-    """Return exact levels from 0."""
-    a, parity, k_max = LIST
-    return Source(a, parity, levels(a, k_max, parity=parity).k, 1)
-
-
-def public() -> Source:
-    """Return the public levels."""
-    return Source(1.0, Parity.OO, read_levels(PUBLIC), FIRST_PUBLIC)
-
-
-REPORTS = {report.__name__: report for report in (errors, misfits, tempers, times)}
+REPORTS = {report.__name__: report for report in (errors, misfits, powers, times)}
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         filled = Catalogue.create(Path(folder) / "orbits.db", 1.0)
         filled.fill("2-12")
+        filled.fill("2-12", a=1.6)
         for name in sys.argv[1:] or REPORTS:
             REPORTS[name](filled)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from calibration import FIRST_PUBLIC, KINDS, PUBLIC, Kind, Source, Tally, staircase_of, windows
+from calibration import KINDS, Kind, Source, Tally, exact, public, staircase_of, windows
 from quick import fuzz_but
 
-from orbitdb import Catalogue, levels, read_levels
+from orbitdb import Catalogue, levels
 from orbitdb.quantum.weyl import Parity
 
 
@@ -61,14 +61,14 @@ def test_statements_about_windows_of_one_parity_are_as_often_right_as_they_say(c
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", fuzz_but(KINDS[1:3], KINDS[:4]), ids=lambda kind: kind.name)
+@pytest.mark.parametrize("kind", fuzz_but(KINDS[1:3], KINDS), ids=lambda kind: kind.name)
 def test_statements_about_published_windows_at_770_are_as_often_right_as_they_say(catalogue, kind):
     tally, rng = Tally(), np.random.default_rng(1992)
-    source = Source(1.0, Parity.OO, read_levels(PUBLIC), FIRST_PUBLIC)
+    source = public()[1]
     tally.measure(staircase_of(catalogue, source), windows(rng, source, 100, kind, 30))
     assert tally.refused <= 1
     assert holds(tally.first, (0.1, 0.15))
-    assert not tally.rows or holds(tally.rows, (0.1, 0.2))
+    assert len(tally.rows) <= 5 if kind is KINDS[0] else holds(tally.rows, (0.1, 0.15))
 
 
 def test_windows_lack_inner_levels_and_have_others():
@@ -78,3 +78,11 @@ def test_windows_lack_inner_levels_and_have_others():
     assert window.k[0] == k[window.first - 7]
     assert not np.isin(window.missing, window.k).any()
     assert window.k[0] < window.missing.min() < window.missing.max() < window.k[-1]
+
+
+@pytest.mark.slow
+def test_exact_levels_of_a_range_have_their_numbers(catalogue, exact_once):
+    begin = float(exact_once[10]) - 1e-9
+    source = exact(catalogue, 1.6, Parity.OO, begin, float(exact_once[14]))
+    assert source.first == 11
+    assert source.k == pytest.approx(exact_once[10:14])

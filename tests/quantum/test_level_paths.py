@@ -65,6 +65,18 @@ def test_missing_levels_are_less_certain_in_the_middle_of_a_gap():
     assert spread[2] > spread[1] > spread[0] > 0
 
 
+@pytest.mark.parametrize("m", [1, 3])
+def test_missing_levels_scatter_as_those_of_random_matrices(m):
+    """The reference are the middle eigenvalues of random matrices, in units of the spacings of each gap."""
+    draw, off = np.random.default_rng(2), []
+    for matrix in draw.normal(size=(60, 120, 120)):
+        x = np.linalg.eigvalsh(matrix + matrix.T)[40:80]
+        unit = (x[m + 1 :] - x[: -m - 1]) / (m + 1)
+        off += [(x[j : len(unit) + j] - x[: len(unit)]) / unit - j for j in range(1, m + 1)]
+    expected = np.diag(places_in_gap(m, SpacingLaw(1).variances(m + 1))).mean()
+    assert np.square(np.concatenate(off)).mean() == pytest.approx(expected, rel=0.07)
+
+
 def test_deviations_of_the_expected_noise_are_independent_with_variance_1():
     stadium, count = Stadium(1.6), 120
     grid = 20 + np.arange(count) / CUTOFF
