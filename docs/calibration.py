@@ -54,10 +54,10 @@ KINDS = (
     Kind("2 % missing, 2 % spurious", 0.02, 0.02),
 )
 ROWS = (
-    ("k = 20 to 92", ((1.4, Parity.EO, 20.0, 50.0), (1.8, Parity.EE, 85.0, 92.0)), {100: 48}),
-    ("k = 110 to 156", ((1.2, Parity.EE, 110.0, 118.0), (0.8, Parity.OE, 150.0, 156.0)), {100: 48}),
+    ("k = 20 to 92", ((1.4, Parity.EO, 20.0, 50.0), (1.8, Parity.EE, 85.0, 92.0)), {100: 32}),
+    ("k = 110 to 156", ((1.2, Parity.EE, 110.0, 118.0), (0.8, Parity.OE, 150.0, 156.0)), {100: 32}),
     ("k = 774 to 778", (), {100: 60, 400: 20}),
-    ("all parities, k = 4 to 40", ((1.2, None, 4.0, 31.0), (0.7, None, 30.0, 40.0)), {100: 48}),
+    ("all parities, k = 4 to 40", ((1.2, None, 4.0, 31.0), (0.7, None, 30.0, 40.0)), {100: 32}),
 )
 """Name of each row, the exact levels (none for the public ones), and the number of windows of each length."""
 SEED = 1992

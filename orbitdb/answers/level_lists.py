@@ -229,7 +229,10 @@ def hints(connection: Connection, found: Assessment, orbits: Staircase, k: Float
     if found.at_limit:
         said = ["the fit of the radius failed: the radius is off by more than half a per cent"]
     elif found.crowded or weyl(stadium, of)(k[-1]) > _FITTED:
-        return ["so high up, too many radii fit to find the right one: check the radius, the parity and a"]
+        return [
+            "so high up, too many radii fit to find the right one: check the radius, the parity and a, and "
+            "whether levels are missing and others spurious"
+        ]
     elif found.scale == 1:
         said = _other_scales(compare(part, orbits, stadium, of, window))
     else:

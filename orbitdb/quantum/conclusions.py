@@ -310,6 +310,6 @@ def _single(paths: _Paths, i: int, most: float) -> LevelGap:
     return LevelGap(paths.end(i - 1), paths.end(i), likely)
 
 
-def _firsts(number: Integers) -> Integers:
+def _firsts(number: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return the number of the first true level on each path."""
-    return np.asarray(number[(number > 0).argmax(axis=0), np.arange(number.shape[1])])
+    return number[(number > 0).argmax(axis=0), np.arange(number.shape[1])]

@@ -35,6 +35,9 @@ at these, once and twice; beyond; and where periods are not stored. tests/benchm
 them."""
 _NUGGET = 0.01
 """Standard deviation of an independent error of each point, for rounding and interpolation."""
+_PLACES = 1.44
+"""Factor on the variance of the places of missing levels, because one of a close pair lies farther from its
+even place than a normal distribution allows. tests/benchmarks/bench_levels.py counts lists that need it."""
 _DRAWS, _CLOSEST = 48, 0.1
 _REACH = 3.5
 """Distance from a level in units of 1/X beyond which its smoothed step is 0 or 1."""
@@ -279,7 +282,7 @@ def covariance_of_gaps(grid: Floats, cutoff: float, gaps: Gaps, variances: Float
     first = np.searchsorted(grid, low - _REACH / cutoff)
     points = np.searchsorted(grid, high + _REACH / cutoff) - first
     for m in np.unique(missing).tolist():
-        factor = np.linalg.cholesky(places_in_gap(m, variances) + 1e-12 * np.eye(m))
+        factor = np.linalg.cholesky(_PLACES * places_in_gap(m, variances) + 1e-12 * np.eye(m))
         drawn = np.random.default_rng(m).standard_normal((_DRAWS // 2, m)) @ factor.T
         drawn = np.concatenate([drawn, -drawn])
         even = np.arange(1, m + 1)

@@ -9,6 +9,8 @@ errors
 misfits
     Misfits of lists that belong to the stadium, and of others (`_SHORTFALL` and others in
     `orbitdb.quantum.judging`).
+places
+    How many lists are refused that lack a single level (`_PLACES` in `orbitdb.quantum.staircase_errors`).
 powers
     How often statements are right, with the probabilities of the model as they are, and as they are stated
     (`_OF_GAPS` and others in `orbitdb.quantum.conclusions`).
@@ -31,7 +33,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))
 from calibration import KINDS, PUBLIC, Source, Tally, exact, public, staircase_of, windows
 
 from orbitdb import Catalogue, Stadium, read_levels
-from orbitdb.quantum import conclusions
+from orbitdb.quantum import conclusions, staircase_errors
 from orbitdb.quantum.comparison import CUTOFF, smoothed
 from orbitdb.quantum.missing_levels import assess
 from orbitdb.quantum.weyl import Parity, wavenumber, weyl
@@ -92,6 +94,20 @@ def matrix(rng, k):
     return k[0] + (middle - middle[0]) / (middle[-1] - middle[0]) * (k[-1] - k[0])
 
 
+def places(catalogue: Catalogue) -> None:
+    """Print how many lists without one of their levels are refused, with some factors on the scatter."""
+    usual = staircase_errors._PLACES
+    for factor in (1.0, usual, 2.0):
+        staircase_errors._PLACES = factor
+        for a, parity, k_max in ((1.6, Parity.EE, 16.0), (2.6, Parity.OO, 12.0), (2.6, Parity.OE, 12.0)):
+            source = exact(catalogue, a, parity, 0.0, k_max)
+            orbits, k = staircase_of(catalogue, source), source.k
+            lists = [np.delete(k, n) for n in range(len(k) - 1)]
+            refused = sum(not assess(each, orbits, Stadium(a), parity).fits for each in lists)
+            print(f"factor {factor}, a = {a}, {parity}: {refused} of {len(lists)} refused", flush=True)
+    staircase_errors._PLACES = usual
+
+
 def powers(catalogue: Catalogue) -> None:
     """Print calibrations with the probabilities of the model as they are, and with those that are stated."""
     names = ("_OF_GAPS", "_OF_FIRST", "_BY_MISSING", "_BY_SPURIOUS", "_MOST_MIXED")
@@ -141,12 +157,13 @@ def made(catalogue: Catalogue, low: float, count: int):
     return np.sort(k[k > low])[:count]
 
 
-REPORTS = {report.__name__: report for report in (errors, misfits, powers, times)}
+REPORTS = {report.__name__: report for report in (errors, misfits, places, powers, times)}
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         filled = Catalogue.create(Path(folder) / "orbits.db", 1.0)
         filled.fill("2-12")
-        filled.fill("2-12", a=1.6)
+        for other in (1.6, 2.6):
+            filled.fill("2-12", a=other)
         for name in sys.argv[1:] or REPORTS:
             REPORTS[name](filled)

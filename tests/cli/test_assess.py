@@ -90,11 +90,22 @@ def test_levels_can_be_given_as_energies_or_frequencies(cli, own, exact, tmp_pat
 
 @pytest.mark.slow
 def test_another_radius_is_suggested_where_the_orbits_can_tell(cli, exact_once, tmp_path):
-    """Periods up to 12 and levels up to k = 16 notice a radius that is off by 0.4 %; those of `own` do not."""
+    """Periods up to 12 and levels up to k = 16 notice a radius that is off by 0.4 %."""
     path = str(tmp_path / "orbits.db")
     Catalogue.create(path, 1.6).fill("2-12")
     frequencies = written(tmp_path / "f.csv", (np.delete(exact_once, 9) * GHZ).tolist(), "frequency\n")
-    asked = ("assess", frequencies, "--frequency", "GHz", "--radius", "0.2008", "--parity", "oo", "--db", path)
+    asked = (
+        "assess",
+        frequencies,
+        "--frequency",
+        "GHz",
+        "--radius",
+        "0.2008",
+        "--parity",
+        "oo",
+        "--db",
+        path,
+    )
     wrong = cli(*asked)
     assert wrong.code == 1
     assert "they fit with another radius: 'orbitdb assess FILE --fit-radius" in wrong.err
