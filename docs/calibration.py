@@ -1,8 +1,9 @@
 """Measure how often the statements of `orbitdb assess` are right, in windows cut from complete lists.
 
-``python docs/calibration.py`` prints the table on the page about levels, in about ten minutes of processor
-time, a third of it for exact levels; ``python docs/calibration.py some.db`` keeps these in a catalogue for the next time.
-Numbers after it choose rows: ``python docs/calibration.py some.db 3`` measures the public levels only.
+``python docs/calibration.py`` prints the table on the page about levels in ten minutes of processor time,
+a third of it for exact levels. With a file, ``python docs/calibration.py some.db`` keeps these in a catalogue
+for the next time. Numbers after it choose rows: ``python docs/calibration.py some.db 3`` measures the public
+levels only.
 
 None of the lists was used to tune the program: tests/benchmarks/bench_levels.py does that with the first half
 of the public levels, and exact levels of other stadiums.
