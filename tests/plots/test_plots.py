@@ -144,7 +144,7 @@ def test_orbits_and_subsets_can_be_drawn_into_axes(varied):
         solve_word("1001", 1.6).plot()
     later = Catalogue(varied).select(p="2-4").plot("phase-space")  # without coordinates
     assert np.array_equal(later.collections[0].get_offsets(), dots.get_offsets())
-    others: dict[Any, str] = {"circle": "", "symbol plane": "; 'orbitdb plot symbol-plane' draws the other"}
+    others: dict[Any, str] = {"circle": "", "symbol plane": "; symbol-plane is a figure of another result"}
     for kind, more in others.items():
         with pytest.raises(ValueError, match=f"'{kind}': use phase-space, lengths, sheet{more}$"):
             subset.plot(kind)
