@@ -208,15 +208,16 @@ def entropy_over_a(catalogue: "Catalogue", *chosen: Selection, grid: Sequence[fl
 
 def _outside(bounds: Sequence["EntropyBounds"], values: Floats, p: int) -> tuple[str, ...]:
     """Return a note on the values of a at which the estimate from births contradicts the proved bounds."""
-    beyond = [
-        each.a for each, h in zip(bounds, values.tolist(), strict=True) if not each.lower <= h <= each.upper
-    ]
+    pairs = zip(bounds, values.tolist(), strict=True)
+    beyond = [format_float(each.a) for each, h in pairs if h < each.lower or h > each.upper]
     if not beyond:
         return ()
-    where = f"a = {format_float(beyond[0])}" + f" to {format_float(beyond[-1])}" * (len(beyond) > 1)
+    many = len(beyond) > _FEW
+    some = f"{len(beyond)} values of a from {beyond[0]} to {beyond[-1]}"
+    where = some if many else f"a = {', '.join(beyond)}"
     return (
-        f"h({p}; a) is an estimate, with words up to period {p}; at {where}, where longer words decide, it "
-        "lies outside the proved bounds, which hold",
+        f"h({p}; a) is an estimate from words up to period {p}; at {where}, it lies outside the bounds, "
+        "which are proved",
     )
 
 

@@ -177,7 +177,7 @@ def test_a_trivial_bound_does_not_stretch_the_axis_of_the_entropy(known, monkeyp
     assert low > 0.5
     carets = [line.get_xydata().tolist() for line in ax.lines if line.get_marker() == CARETDOWN]
     assert carets == [[[0.5, low]]]
-    assert "at a = 0.5, where longer words decide, it lies outside the proved bounds" in made.notes[0]
+    assert "at a = 0.5, it lies outside the bounds, which are proved" in made.notes[0]
 
 
 @pytest.mark.usefixtures("few_places")
