@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from calibration import PUBLIC
+from quick import fuzz_but
 from there import there
 
 from orbitdb import Catalogue, InputError, Stadium, levels, read_levels
@@ -46,7 +47,9 @@ def test_a_list_is_never_refused_because_it_is_short(published):
         found = catalogue.assess(k[:count], parity="oo", window=True)
         assert (found.short, found.gaps) == (True, [])
         assert found.verdict() == "too short to be tested: the orbits resolve 44 levels here (a = 1, oo)"
-    fitted = catalogue.assess(k[:10], parity="oo", window=True, fit_radius=True)
+    lower = [100.025537, 100.068593, 100.088506]  # at 770 thousands of radii would be tried
+    fitted = catalogue.assess(lower, parity="oo", window=True, fit_radius=True)
+    assert fitted.short
     assert math.isfinite(fitted.scale)
     assert not math.isnan(fitted.first_probability)
 
@@ -96,7 +99,7 @@ def test_statistics_allow_for_missing_levels():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("low", "high"), [(20, 40), (40, 60)])
+@pytest.mark.parametrize(("low", "high"), fuzz_but([(20, 40)], [(20, 40), (40, 60)]))
 def test_errors_of_levels_from_orbits_hold_for_nine_in_ten(published, low, high):
     catalogue, _ = published
     found = catalogue.levels(float(high), parity="oo", method="orbits")
