@@ -21,9 +21,10 @@ from orbitdb.quantum.judging import Judgement
 from orbitdb.quantum.level_paths import BACK, CROWDED
 
 _CERTAIN = 0.9
-_OF_GAPS, _OF_FIRST, _LEAST = 0.75, 0.9, 0.5
-"""Powers of the probabilities of the model, which is a little too certain: for named gaps, and for the first
-number of a crowded list, where the search is less exact, at most and at least."""
+_OF_GAPS, _OF_GAPS_MIXED, _OF_FIRST, _LEAST = 0.75, 0.5, 0.9, 0.5
+"""Powers of the probabilities of the model, which is a little too certain: for named gaps, and those of
+lists of all parities; for the first number of a crowded list, where the search is less exact, at most and at
+least."""
 _BY_MISSING, _BY_SPURIOUS, _SOME = 2.0, 0.15, 0.004
 """By how much the power for the first number is less: times the rate of missing levels; and if the rate of
 spurious ones is above the third number, because missing ones may hide beside them. All are from
@@ -176,9 +177,10 @@ def conclude(judged: Judgement) -> Conclusions:
     paths, n = _Paths(judged), len(judged.compared.k)
     crowded = judged.compared.crowded
     clear = int(np.searchsorted(crowded, CROWDED))  # the density increases with k
-    most = _MOST_MIXED if judged.compared.error.mixed else _MOST
-    found = [_range(paths, low, high, most, named=True) for low, high in _doubtful(judged, clear)]
-    found += [_range(paths, low, high, most, named=False) for low, high in _cells(paths, crowded, clear)]
+    mixed = judged.compared.error.mixed
+    most, power = (_MOST_MIXED, _OF_GAPS_MIXED) if mixed else (_MOST, _OF_GAPS)
+    found = [_range(paths, low, high, most, power, named=True) for low, high in _doubtful(judged, clear)]
+    found += [_range(paths, low, high, most, 1.0, named=False) for low, high in _cells(paths, crowded, clear)]
     missing, spurious = np.zeros(n, np.int64), np.zeros(n, bool)
     for each in found:
         missing[each.rows], spurious[each.between] = each.missing, each.spurious
@@ -202,7 +204,7 @@ def conclude(judged: Judgement) -> Conclusions:
     )
 
 
-def _range(paths: _Paths, low: int, high: int, most: float, named: bool) -> _Range:
+def _range(paths: _Paths, low: int, high: int, most: float, power: float, named: bool) -> _Range:
     """Return what is said about the gaps from `low` to `high` - 1; gap i is the one before level i.
 
     If they are not `named`, only how many more levels are missing than spurious counts.
@@ -211,7 +213,7 @@ def _range(paths: _Paths, low: int, high: int, most: float, named: bool) -> _Ran
     between = slice(low, high - 1)  # the levels between the two ends
     counts = np.stack([paths.missing[rows].sum(axis=0), paths.spurious[between].sum(axis=0)])
     pairs, net = list(zip(*counts.tolist(), strict=True)), (counts[0] - counts[1]).tolist()
-    chances = _tempered(Counter(pairs if named else net), most, _OF_GAPS if named else 1.0)
+    chances = _tempered(Counter(pairs if named else net), most, power)
     likeliest, probability = next(iter(chances.items()))
     own = [path for path, value in enumerate(pairs if named else net) if value == likeliest]
     same = [path for path in own if pairs[path] == pairs[own[0]]][:_TRIED]
@@ -220,7 +222,7 @@ def _range(paths: _Paths, low: int, high: int, most: float, named: bool) -> _Ran
     ends = paths.end(low - 1), paths.end(high - 1), high - 1 - low
     gap = None
     if named and any(pairs[best]):
-        single = [_single(paths, i, most) for i in range(low, rows.stop)]
+        single = [_single(paths, i, most, power) for i in range(low, rows.stop)]
         gap = Gap(*ends, pairs[best][0], pairs[best][1], probability, single)
     elif not named and net[best]:
         gap = Gap(*ends, net[best], None, probability, [])
@@ -303,9 +305,9 @@ def _cells(paths: _Paths, crowded: Floats, start: int) -> list[tuple[int, int]]:
     return found
 
 
-def _single(paths: _Paths, i: int, most: float) -> LevelGap:
+def _single(paths: _Paths, i: int, most: float, power: float) -> LevelGap:
     """Return the probabilities of the numbers of levels missing before level i."""
-    chances = _tempered(Counter(paths.missing[i].tolist()), most, _OF_GAPS)
+    chances = _tempered(Counter(paths.missing[i].tolist()), most, power)
     likely = {str(m): round(p, 3) for m, p in sorted(chances.items()) if p >= _NEGLIGIBLE}
     return LevelGap(paths.end(i - 1), paths.end(i), likely)
 

@@ -110,9 +110,9 @@ def places(catalogue: Catalogue) -> None:
 
 def powers(catalogue: Catalogue) -> None:
     """Print calibrations with the probabilities of the model as they are, and with those that are stated."""
-    names = ("_OF_GAPS", "_OF_FIRST", "_BY_MISSING", "_BY_SPURIOUS", "_MOST_MIXED")
+    names = ("_OF_GAPS", "_OF_GAPS_MIXED", "_OF_FIRST", "_BY_MISSING", "_BY_SPURIOUS", "_MOST_MIXED")
     usual = [getattr(conclusions, name) for name in names]
-    for values in ([1.0, 1.0, 0.0, 0.0, 0.999], usual):
+    for values in ([1.0, 1.0, 1.0, 0.0, 0.0, 0.999], usual):
         for name, value in zip(names, values, strict=True):
             setattr(conclusions, name, value)
         print(f"powers {values}")
