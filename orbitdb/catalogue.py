@@ -561,10 +561,13 @@ class Catalogue:
 
         Examples
         --------
-        >>> catalogue.count(p=3), catalogue.count(p="2-3", by="p")
-        (8, p  words  classes
+        >>> catalogue.count(p=3)
+        8
+        >>> catalogue.count(p="2-3", by="p")
+        p  words  classes
         2      1        1
-        3      8        2)
+        3      8        2
+        orbits of period 2 to 3 at a = 1.6
         """
         if by is None:
             from orbitdb.store.select import count
