@@ -12,11 +12,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 from orbitdb.errors import InputError
-from orbitdb.selection import Selection
 from orbitdb.text import guess
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
+    from orbitdb.selection import Selection
 
 Source = Literal["orbit", "orbits", "word", "wave", "opening", "catalogue", "object"]
 """What a figure is drawn from.
@@ -192,12 +192,12 @@ class EmptyFigureError(InputError):
         super().__init__("; ".join(self.lines))
 
 
-def gaps(catalogue: "Catalogue", chosen: Selection, order: str = "p") -> list[str]:
+def gaps(catalogue: "Catalogue", chosen: "Selection", order: str = "p") -> list[str]:
     """Return one line for each kind of gap in a chosen subset."""
     return [*catalogue.rows(chosen, columns=("code",), order=order).notes]
 
 
-def nothing(catalogue: "Catalogue", chosen: Selection) -> EmptyFigureError:
+def nothing(catalogue: "Catalogue", chosen: "Selection") -> EmptyFigureError:
     """Return the error for a subset without anything to draw."""
     listing = catalogue.rows(chosen, columns=("code",))
     absent = listing.absent

@@ -68,10 +68,10 @@ NO_ROOM = "orbitdb: the output cannot be written (No space left on device)\n"
 
 STREAMS = [
     ("columns", ">&-", 3, NOWHERE),
-    ("table", ">/dev/full", 3, NO_ROOM),
+    ("table", ">/dev/full", 3, f"words at a = 1.6\n{NO_ROOM}"),
     ("query --format csv", ">/dev/full", 3, NO_ROOM),
     ("--help", ">/dev/full", 3, NO_ROOM),
-    ("table", ">&-", 3, NOWHERE),
+    ("table", ">&-", 3, f"words at a = 1.6\n{NOWHERE}"),
     ("table", ">&- 2>&-", 3, ""),
     ("table", ">/dev/null 2>&-", 0, ""),
     ("export rows.csv --p 2", ">&- 2>&- <&-", 0, ""),

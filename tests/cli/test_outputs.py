@@ -285,5 +285,5 @@ def test_the_figure_of_methods_is_written(cli, tmp_path, monkeypatch):
     monkeypatch.setattr(methods, "REPEATS", 1)
     figure = tmp_path / "methods.svg"
     drawn = cli("bench", "--p", "3", "-o", str(figure))
-    assert "run time against error, p = 3 at a = 1.6" in figure.read_text()
+    assert "Run time against error, $p = 3$ at $a = 1.6$" in figure.read_text()
     assert f"p = 3 at a = 1.6, in {figure}" in drawn.err

@@ -133,7 +133,7 @@ def test_the_figure_of_exponents_shows_every_method(known):
         "zeta",
         "sum ",
     ]
-    assert any("'orbitdb simulate --a 1'" in line for line in bare.notes)
+    assert any("`catalogue.simulate(a=1)`" in line for line in bare.notes)
 
 
 @pytest.mark.slow
@@ -300,7 +300,9 @@ def test_figures_report_missing_periods(known, kind):
 def test_the_figures_of_levels_show_levels_and_orbits(known, tmp_path):
     path = Path(shutil.copy(known.path, tmp_path / "levels.db"))
     catalogue, chosen, stadium = Catalogue(path, 1.6), Selection(1.6), Stadium(1.6)
-    with pytest.raises(InputError, match=r"no levels are stored from .* --k 0:30 --a 1\.6' finds"):
+    with pytest.raises(
+        InputError, match=r"no levels are stored from .*`catalogue\.fill_levels\(k=\(0, 30\), a=1\.6\)` finds"
+    ):
         staircase.staircase(catalogue, chosen)
     k = sorted(chain(*keep_made_levels(path).values()))
     made: Any = staircase.staircase(catalogue, chosen)

@@ -146,7 +146,7 @@ def test_proved_bounds_are_stored_once_and_read_back(filled, cli):
     surer = there(catalogue.entropy_bounds(a=1.6, arithmetic="balls"))
     assert (surer.edges, surer.arithmetic) == (4, "balls")
     assert surer.width > closest.width
-    (line,) = catalogue.table(p=3).facts
+    *_, line = catalogue.table(p=3).facts
     sources = f"proved from {closest.basis}; {surer.between} from {surer.basis}"
     assert line.endswith(f"{closest.between}, {sources}")
     assert [(each.a, each.edges) for each in catalogue.entropy_curve()] == [(0.5, 4), (1.6, 11)]

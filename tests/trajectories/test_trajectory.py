@@ -262,7 +262,7 @@ def test_a_trajectory_is_a_table_and_a_picture():
     assert list(frame.columns) == ["x", "y", "angle", "symbol", "path", "error", "lyapunov"]
     assert frame["x"].tolist() == path.x.tolist()
     axes = path.plot()
-    assert axes.get_title() == "5 bounces at a = 1"
+    assert axes.get_title() == "5 bounces at $a = 1$"
     pyplot.close("all")
 
 
