@@ -203,8 +203,13 @@ def _docstring(module: Any, name: str) -> str | None:
     return next(ast.get_docstring(node) for node in functions if node.name == name)
 
 
+def _examples(module: Any, name: str) -> Sequence[str]:
+    examples: Sequence[str] = module.EXAMPLES[name] if isinstance(module.EXAMPLES, dict) else module.EXAMPLES
+    return examples
+
+
 def _epilog(module: Any, name: str) -> str:
-    examples = module.EXAMPLES[name] if isinstance(module.EXAMPLES, dict) else module.EXAMPLES
+    examples = _examples(module, name)
     several = "s" if len(examples) > 1 else ""
     lines = (f"  orbitdb {example}" for example in examples)
     return "\n\n".join([f"\nExample{several}:", *lines, getattr(module, "AFTERWORD", "")])
@@ -213,9 +218,13 @@ def _epilog(module: Any, name: str) -> str:
 def refusal(error: ParsingError) -> str:
     """Say what is wrong with arguments that cannot be parsed, and what to do."""
     text = " ".join(error.format_message().split())
+    context, mistyped = getattr(error, "ctx", None), getattr(error, "option_name", None)
+    if context is not None and text.startswith("Missing "):
+        module = import_module(f"orbitdb.cli.commands.{_MODULES[context.info_name]}")
+        example = _examples(module, context.info_name)[0]
+        return f"{text.rstrip('.')}, as in 'orbitdb {example}' (--help shows the options)"
     if isinstance(error, typer.BadParameter):
         return text
-    context, mistyped = getattr(error, "ctx", None), getattr(error, "option_name", None)
     if context is not None and (extra := _EXTRA.fullmatch(text)):
         text = f"{text}{_where_it_goes(extra[1], context)}"
     if context is None or mistyped is None:

@@ -1,6 +1,7 @@
 """Options for quantum levels, shared by several commands: ranges of k, parities, and files of levels."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
@@ -10,7 +11,7 @@ import typer
 from orbitdb.cli.options import number_option, read_path
 from orbitdb.cli.output import note
 from orbitdb.errors import InputError
-from orbitdb.text import real
+from orbitdb.text import real, several
 
 if TYPE_CHECKING:
     from orbitdb.arrays import Floats
@@ -113,7 +114,11 @@ class GivenLevels:
 
     def read(self, parity: "Parity | None") -> "Floats | None":
         """Return the levels k of one parity or of all, in ascending order; None if no file is given."""
-        return None if self.levels is None else self._levels(self._table(self.levels), parity)
+        if self.levels is None:
+            return None
+        table = self._table(self.levels)
+        self._note_left_out(table, [parity] if parity else [])
+        return self._levels(table, parity)
 
     def by_parity(self) -> "dict[Parity, Floats] | None":
         """Return the levels k of each parity in the file; None if no file is given."""
@@ -128,6 +133,7 @@ class GivenLevels:
                 "statistics need one parity: name it with --parity, or add a column parity to "
                 f"{_name(self.levels)}"
             )
+        self._note_left_out(table, named)
         given = [parity for parity in named if in_file == {None} or parity in in_file]
         return {parity: self._levels(table, parity) for parity in given}
 
@@ -136,6 +142,13 @@ class GivenLevels:
 
         metres = None if self.radius is None else self.radius.metres
         return read_table(path, self.energies, self.frequency, metres)
+
+    def _note_left_out(self, table: "LevelTable", named: "Sequence[Parity]") -> None:
+        """Note how many levels are left out because the file gives them a parity that is not named."""
+        others = sum(parity not in (None, *named) for parity in table.parity) if named else 0
+        if others and self.levels is not None:
+            every = several(len(table.parity), "level")
+            note(f"left out for their parity: {others} of {every} in {_name(self.levels)}")
 
     def _levels(self, table: "LevelTable", parity: "Parity | None") -> "Floats":
         """Return the levels of one parity or of all; note if they are not in order."""

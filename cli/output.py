@@ -355,7 +355,7 @@ def _markdown(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequenc
 _MATHEMATICS = {
     "a": "a", "p": "p", "length": "L", "lyapunov": r"\lambda", "lambda_d": r"\lambda_d",
     "lambda_c": r"\lambda_c", "N": "N", "N_t": "N_t", "N_c": "N_c", "K_0": "K_0", "h_zeta": r"h_\zeta",
-    "x": "x", "y": "y", "k": "k",
+    "h": "h", "x": "x", "y": "y", "k": "k", "z0": "z_0",
 }  # fmt: skip
 """Columns whose headings LaTeX sets as formulas."""
 
@@ -375,10 +375,12 @@ def _latex(names: Sequence[str], rows: Sequence[Sequence[str]], left: Sequence[b
 
 
 def _latex_heading(name: str) -> str:
+    """Return a heading with its variable, if it begins with one, as a formula."""
     of, error, _ = name.partition("_error")
-    if of in _MATHEMATICS:
-        return rf"$\Delta {_MATHEMATICS[of]}$" if error else f"${_MATHEMATICS[of]}$"
-    return name.replace("_", " ").translate(_IN_LATEX)
+    own = max((each for each in _MATHEMATICS if f"{of}_".startswith(f"{each}_")), key=len, default="")
+    rest = (of if own else name).removeprefix(own).replace("_", " ").translate(_IN_LATEX)
+    delta = r"\Delta " if error else ""
+    return f"${delta}{_MATHEMATICS[own]}${rest}" if own else rest
 
 
 def _latex_cell(name: str, text: str, is_text: bool) -> str:

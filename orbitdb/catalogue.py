@@ -14,7 +14,7 @@ from orbitdb.criteria import OF_STATUS, Criteria, with_criteria
 from orbitdb.display import Rows, load
 from orbitdb.errors import InputError, SelectionError, StoreError, as_texts, check_int, check_text
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import STORED, Status
 from orbitdb.period_ranges import check_periods, periods_to_make
 from orbitdb.progress import Tell, nobody, telling
 from orbitdb.selection import Selection
@@ -578,7 +578,7 @@ class Catalogue:
         named = [name.strip() for name in by.split(",")] if isinstance(by, str) else by
         columns = as_texts("by", named)
         if OF_STATUS.intersection(columns):
-            criteria = _of(_EVERY, selection, criteria)
+            criteria = _of(STORED, selection, criteria)
         return self._result(count_by, selection, criteria, columns)
 
     @with_criteria
@@ -1428,8 +1428,8 @@ class Catalogue:
         a : float
             Half length of the stadium.
         p : int, str or iterable of int, optional
-            Periods whose orbits, fills and sweeps are deleted. By default everything at this ``a`` is
-            deleted, levels, bounds on the entropy and averages over trajectories, too.
+            Periods of which words, fills and sweeps are deleted. By default everything at this ``a`` is
+            deleted: also levels, bounds on the entropy, averages over trajectories and open stadiums.
         only : Contents, optional
             What must still be stored, as `contents` returned it before you decided.
 

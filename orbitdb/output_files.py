@@ -94,28 +94,31 @@ STDOUT = Path("-")
 """The path that means standard output."""
 
 
-def form_of(path: Path, form: str | None = None, forms: Sequence[str] = FORMATS) -> str:
+def form_of(
+    path: Path, form: str | None = None, forms: Sequence[str] = FORMATS, also: Sequence[str] = ()
+) -> str:
     """Return the format of a file: the given one, or the one that its extension names.
 
-    Raises `ExportError` if the format is unknown, or contradicts the extension.
+    Raises `ExportError`, which names the extensions in `also`, too, if the format is unknown, or contradicts
+    the extension.
     """
     ending = path.suffix.lstrip(".").lower()
     chosen = form or ending
     if chosen not in forms:
         raise ExportError(
-            f"format {chosen!r} of {path}: end the name in .{', .'.join(forms)}, or use --format"
+            f"format {chosen!r} of {path}: end the name in .{', .'.join((*forms, *also))}, or use --format"
         )
     if ending in forms and ending != chosen:
         raise ExportError(f"{path} ends in .{ending}, but --format says {form}: leave one of them out")
     return chosen
 
 
-def check_rows(path: Path, form: str | None, replace: bool) -> str:
+def check_rows(path: Path, form: str | None, replace: bool, also: Sequence[str] = ()) -> str:
     """Return the format of a file of rows; raise `ExportError` if the file, or its provenance, is there.
 
     See `form_of` and `check_target` for the errors.
     """
-    kind = form_of(path, form)
+    kind = form_of(path, form, also=also)
     for target in (path, metadata_path(path)) if kind in TEXT_WRITERS else (path,):
         check_target(target, replace)
     return kind

@@ -23,6 +23,7 @@ from orbitdb.open_stadium.openings import Opening, parse_openings, spans_on
 from orbitdb.orbits.status import STORED, Status
 from orbitdb.period_ranges import listed, parse_periods
 from orbitdb.sql_text import plain_values
+from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.words import least_rotation, parse, parse_primitive
 from orbitdb.text import format_float, guess, printable, several, shortened
 
@@ -161,7 +162,9 @@ class Selection:
         """The statuses that are chosen if none is named (`from_criteria`)."""
         bare = re.sub(r"'[^']*'", "", self.where or "").lower()
         named = {name for name in OF_STATUS if re.search(rf"\b{name}\b", bare)}
-        if "rules" in named or ("status" in named and Status.GEOMETRIC in (self.where or "")):
+        equals = re.search(r"\bstatus\s*(=|in\b)", bare)  # which chooses only the statuses that it names
+        geometric = not equals or Status.GEOMETRIC in f"{self.where} {self.parameters}"
+        if "rules" in named or ("status" in named and geometric) or any(map(rules_of, self.codes)):
             return STORED
         lives = self.exists or self.not_at or self.ranges.keys() & OF_STATUS
         return () if named or lives or self.codes else (Status.ORBIT,)

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from numbers import Integral, Real
 
 from orbitdb.errors import SelectionError
-from orbitdb.symbols.words import SYMBOLS
+from orbitdb.symbols.words import SYMBOLS, least_rotation
 from orbitdb.text import real
 
 Value = str | int | float
@@ -25,11 +25,18 @@ _LARGEST = 2**63
 _AS_TYPED = re.compile(
     r"\b(?:code|representative|word)\s*(?:[=<>!]+|in\s*\()\s*'?([0-5]{2,})\b", re.IGNORECASE
 )
+_WORDS = re.compile(r"(\bcode\s*\(\s*)?'([0-5]{2,})'", re.IGNORECASE)
 _WITH_ZEROS = re.compile(r"(?<![\w.])0+([1-9][0-9]*)(?![\w.])")
 
 
-def codes_are_texts(sql: str) -> str:
-    """Return a sentence that says how to write the words in an expression or a statement, if it has any."""
+def on_codes(sql: str) -> str:
+    """Return a sentence that says how to write the words in an expression or a statement.
+
+    It is empty if the SQL names no codes, or has its words as least rotations or with ``code()``.
+    """
+    words = _WORDS.findall(sql)
+    if not reads_codes(sql) or (words and all(call or least_rotation(word) == word for call, word in words)):
+        return ""
     typed = _AS_TYPED.search(sql)
     example = f"code('{typed[1] if typed else '31'}')"
     return f"codes are texts, each the least rotation of its word: write words with code(), such as {example}"

@@ -12,7 +12,7 @@ from orbitdb.cli.snapshots import chosen_codes, snapshot
 
 EXAMPLES = (
     "count --p 11",
-    "count --by p,status --status all",
+    "count --by p,status",
     "count --by time_reversal --where 'lambda_c < 0.4' --a all",
 )
 
@@ -36,12 +36,14 @@ def count(
     """Count the chosen words, and the symmetry classes that they belong to.
 
     The options choose words as those of query do. The columns of --by are those whose values all words of a
-    class share, such as p, status or symmetry; words without a value come last.
+    class share, such as p, status or symmetry; words without a value come last. If --by names status, rules,
+    born or dies, all statuses are counted unless --status is given.
     """
     from orbitdb.criteria import OF_STATUS
+    from orbitdb.orbits.status import STORED
 
     names = [name.strip() for name in by.split(",")] if by else []
-    usual = () if OF_STATUS.intersection(names) else None
+    usual = STORED if OF_STATUS.intersection(names) else None
     with snapshot(db, a, choice, usual, chosen_codes(code)) as (catalogue, selections):
         found = catalogue.count(selections if many_a(a) else selections[0], by=names)
     notes([*found.notes, *(found.facts if output.table else ())])

@@ -107,7 +107,7 @@ def export(
             raise InputError("name a file, such as orbits.parquet, or give --format csv, tsv, json or jsonl")
         file, kind = None, form
     else:
-        kind = files.check_rows(file, form, force)
+        kind = files.check_rows(file, form, force, also=(PAGE[1:], COPY[1:]))
     usual = ("code",) if by_bounce else (*WRITTEN, *["words"] * classes)
     names = asked_columns(columns, usual, a, OF_CATALOGUE if by_bounce else ())
     names += _PLACED if by_bounce else ()

@@ -18,7 +18,7 @@ from orbitdb.orbits.least_values import (
 from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.period_ranges import LEAST_PERIOD, written_periods
 from orbitdb.selection import Selection
-from orbitdb.sql_text import codes_are_texts, reads_codes
+from orbitdb.sql_text import on_codes
 from orbitdb.store.conditions import asks_of_lives, parse_order
 from orbitdb.store.lookup import WITH_ORBITS, a_values, default_a
 from orbitdb.store.periods import Fill, Sweep, read_birth_fills, read_fills, read_pruned_fills, read_sweeps
@@ -158,8 +158,8 @@ class Coverage:
         self._check_rows()
         lacking = missing or self.lacking_births() or self.partial
         hint = ""
-        if chosen.where is not None and reads_codes(chosen.where):
-            hint = f"; {codes_are_texts(chosen.where)}"
+        if chosen.where is not None and (how := on_codes(chosen.where)):
+            hint = f"; {how}"
         if chosen.contains is not None and (broken := rules_of_pattern(chosen.contains)):
             rules = " and ".join(f"{rule.number} ({rule.sentence})" for rule in broken)
             hint = (
@@ -249,7 +249,7 @@ class Coverage:
 
     def _pruned_not_stored(self) -> str | None:
         """Return a line that names chosen periods without stored geometrically pruned words, or None."""
-        if Status.GEOMETRIC not in self.chosen.statuses:
+        if Status.GEOMETRIC not in self.chosen.statuses or self.chosen.codes:
             return None
         stored = [p for p, whole in self.stored.pruned.items() if whole]
         periods = _within(self.chosen.periods or [(p, p) for p in self.filled] or [(2, _USUAL)], stored)

@@ -58,6 +58,8 @@ class Histogram(NamedTuple):
 def count_by(connection: Connection, selection: Selection, by: Sequence[str]) -> Result:
     """Count the words and classes of a subset by the values of some columns (`Catalogue.count`)."""
     for name in by:
+        if name == "a":
+            raise SelectionError("column 'a': it comes first if you ask for several a, such as `a='all'`")
         if name not in COUNTABLE:
             raise unknown_column(name, COUNTABLE)
     if twice := [name for place, name in enumerate(by) if name in by[:place]]:

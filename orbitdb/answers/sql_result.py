@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from orbitdb.columns import Row
 from orbitdb.display import MOST_SHOWN, columns_of, data_frame, html_of, text_table
-from orbitdb.sql_text import codes_are_texts, reads_codes
+from orbitdb.sql_text import on_codes
 from orbitdb.store.sqlite import Connection
 from orbitdb.store.where import run_statement
 from orbitdb.text import shortened
@@ -43,7 +43,7 @@ class SqlResult:
     @property
     def absent(self) -> str:
         """What to say if the statement finds no row; if it reads codes, also how to write them."""
-        return f"no rows; {codes_are_texts(self.statement)}" if reads_codes(self.statement) else "no rows"
+        return "; ".join(filter(None, ["no rows", on_codes(self.statement)]))
 
     def __iter__(self) -> Iterator[Row]:
         """Yield the rows; BLOBs become hexadecimal digits."""

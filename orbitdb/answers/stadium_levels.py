@@ -79,7 +79,7 @@ def levels_from_orbits(connection: Connection, a: float, parity: Parities = None
         k_of, error = levels_of(staircase(stadium, classes, end + 1.0, parity), end)
         windows[parity] = [LevelWindow(stadium.a, parity, 0.0, end, 0, k_of, error)]
     basis = [
-        f"from {several(len(classes), 'class', 'classes')} of orbits up to period {highest}, "
+        f"from {several(len(classes), 'class', 'classes')} of orbits, all up to period {highest}, "
         f"with cutoffs X = {CUTOFFS[0]:g} to {CUTOFFS[-1]:g}"
     ]
     if highest < _ENOUGH:

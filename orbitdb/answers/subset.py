@@ -66,7 +66,8 @@ class Subset(Table, Drawn):
     length, lyapunov, margin, residual, error, length_error, lyapunov_error, area, area_error : ndarray, (N,)
         As in `Orbits`; length and margin in units of the radius, the enclosed area in radius^2.
     born, dies : ndarray, shape (N,)
-        The values of a at the first birth and death; NaN for a word without one, or if it is not stored.
+        The values of a at the first birth and death; NaN for a word without one, or if it is not stored:
+        `Catalogue.birth_fills` has the periods whose births are.
     element, cycle : ndarray of int, shape (N,)
         The symmetry that maps the representative to the word, and the id of the class in the file; 0 for
         words without a class.

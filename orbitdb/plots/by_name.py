@@ -7,6 +7,7 @@ from orbitdb.answers.level_lists import levels_by_parity
 from orbitdb.billiard import USUAL_A
 from orbitdb.criteria import Criteria
 from orbitdb.errors import InputError, as_floats, as_texts, check_text
+from orbitdb.output_files import FIGURES as FILES
 from orbitdb.plots.registry import (
     FIGURES,
     LEAST_INCHES,
@@ -67,6 +68,8 @@ def plot(
     if isinstance(selection, str):
         selection, criteria = None, {**criteria, "code": selection}
     given = [each for each, value in {**values, **criteria}.items() if _is_given(value)]
+    if str(name).endswith(tuple(f".{ending}" for ending in FILES)):
+        raise InputError(f"figure {name!r:.40}: name a figure, such as 'lengths', and write it with savefig")
     figure = whole_figure(name, given)
     _refuse_others(figure, given)
     with sized(_inches(size)):

@@ -45,7 +45,9 @@ def conditions_of(selection: Selection, view: FromClause) -> list[ColumnElement[
         found += [] if high is None else [own[name] <= high]
     if selection.codes:
         found.append(own.code.in_(selection.codes))
-        if max(map(len, selection.codes)) <= MAX_KEYED and "id" not in own:
+        if "id" in own:  # pruned words have an index by period and word
+            found.append(own.p.in_({len(code) for code in selection.codes}))
+        elif max(map(len, selection.codes)) <= MAX_KEYED:
             found.append(own.cycle.in_([key(class_of(code).representative) for code in selection.codes]))
     if selection.contains is not None:
         found.append(_has(own, selection.contains))

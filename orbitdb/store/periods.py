@@ -340,7 +340,7 @@ _SIZES = sa.table("dbstat", sa.column("name"), sa.column("pgsize"), sa.column("a
 
 
 def room(connection: Connection) -> dict[str, tuple[int, float | None]]:
-    """Return the numbers of classes, orbits and pruned words, each with the bytes per row.
+    """Return the numbers of classes, of classes solved at each a, and of pruned words, with bytes per row.
 
     The bytes are None if there are no rows, or if SQLite was built without `dbstat`.
     """
@@ -349,7 +349,7 @@ def room(connection: Connection) -> dict[str, tuple[int, float | None]]:
         sizes = connection.execute(select(_SIZES.c.name, _SIZES.c.pgsize).where(_SIZES.c.aggregate == 1))
         pages = dict(tuple(row) for row in sizes)
     rows = {}
-    for name, stored in {"classes": t.cycle, "orbits": t.orbit, "pruned words": t.pruned}.items():
+    for name, stored in {"classes": t.cycle, "solved classes": t.orbit, "pruned words": t.pruned}.items():
         count = connection.scalar(select(func.count()).select_from(stored)) or 0
         if count or stored is not t.pruned:
             rows[name] = count, pages[stored.name] / count if pages and count else None

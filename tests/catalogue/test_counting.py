@@ -69,6 +69,11 @@ def test_counts_by_columns_are_those_of_the_command_and_the_table(varied, cli):
     of_orbits = [words for _, status, words, _ in rows if status == "orbit"]
     assert of_orbits == catalogue.table(p="2-6")["N_c"]
     assert sum(row[2] for row in rows) == catalogue.count(p="2-6", status="all")
+    assert [*catalogue.count(p="2-6", by="p,status").rows()] == rows
+    unnamed = [text for text in asked if text not in ("--status", "all")]
+    geometric = cli("count", *unnamed, "--where", "status = 'geometric'")
+    assert [*json.loads(geometric.out)[0].values()] == [3, "geometric", 62, 62]
+    assert (catalogue.count(code="001"), catalogue.count(code=["001", "013"])) == (1, 2)
     every = catalogue.count(p=3, by=["status"], status="orbit", a=[1.6, 1.0])
     assert [*every.rows()] == [(1.6, "orbit", 8, 2), (1.0, "orbit", 8, 2)]
     listed = json.loads(

@@ -73,6 +73,11 @@ def test_an_argument_of_a_wrong_type_is_an_error_and_stores_nothing(catalogue, m
         (lambda c: c.field(None), "kappa = nan: give one number"),
         (lambda c: c.select(a=[1.0, 1.6]), "give one a here; rows, table"),
         (lambda c: c.count(p=3, a="all"), "give one a here; rows, table"),
+        (lambda c: c.count(by="a"), "column 'a': it comes first if you ask for several a, such as `a='all'`"),
+        (
+            lambda c: c.plot("p.png"),
+            "figure 'p.png': name a figure, such as 'lengths', and write it with sav",
+        ),
         (lambda c: c.assess("x"), "the levels must be numbers"),
         (lambda c: c.spectrum({}), "lengths {}: give a range"),
         (lambda c: c.select().averages(weight="x"), "weight 'x': use exp or det"),

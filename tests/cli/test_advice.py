@@ -1,6 +1,7 @@
 """Advice in messages names the same file and half length, the intended option, and where to find more."""
 
 import math
+import re
 import shlex
 import shutil
 from functools import partial
@@ -225,6 +226,10 @@ def test_latex_can_be_pasted(cli, filled):
     assert any(r" \times 10^{-" in line for line in table)
     assert table[-2:] == [r"\bottomrule", r"\end{tabular}"]
     assert all(line.count("&") == 5 for line in table if "&" in line)
+    averages = cli("lyapunov", "--p", "2-5", "--format", "latex", "--db", str(filled)).out.splitlines()
+    formulas = r"$p$ & $\lambda_d$ & $\lambda_c$ & $\lambda_d$ pair & ", r"& $\Delta \lambda_d$ sum rule &"
+    assert all(each in averages[3] for each in formulas)
+    assert not re.search(r"lambda [dc]", averages[3])
 
 
 def test_the_lambda_of_a_complete_sum_is_never_rounded_up(cli, filled):

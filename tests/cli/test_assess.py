@@ -202,7 +202,7 @@ def test_levels_from_orbits_name_the_periods_they_come_from(cli, own, exact):
     assert len(rows) == sum(exact >= 6)
     assert all(abs(row["k"] - k) < 3 * row["error"] for row, k in zip(rows, exact[exact >= 6], strict=True))
     assert f"{len(rows)} levels with k from 6 to 12: from " in found.err
-    assert "orbits up to period 8" in found.err
+    assert "orbits, all up to period 8, " in found.err
     assert "'orbitdb fill --p 12 --a 1.6 --db " in found.err
     assert cli("levels", "--method", "orbits", "--jobs", "2", "--db", own).says(2, "--jobs")
     some = cli("levels", "--method", "orbits", "--k", "3:6", "--parity", "oo", "--db", own)
@@ -297,6 +297,15 @@ def test_tables_are_read_with_any_usual_separator(cli, own, exact, tmp_path, mar
     assert cli("assess", str(path), "--statistics", "--db", own).err.startswith(f"oo: {len(exact)} levels")
     path.write_text(rows.replace(".", ","))
     assert cli("assess", str(path), "--parity", "oo", "--db", own).code == 2
+
+
+def test_levels_of_other_parities_in_a_table_are_counted(cli, own, exact, tmp_path):
+    path = tmp_path / "k.txt"
+    path.write_text("k,parity\n2.5,ee\n" + "".join(f"{k!r},oo\n" for k in exact.tolist()))
+    for option in ((), ("--statistics",)):
+        said = cli("assess", str(path), "--parity", "oo", *option, "--db", own).err
+        assert said.startswith(f"left out for their parity: 1 of {len(exact) + 1} levels in {path}\n")
+    assert "left out" not in cli("assess", str(path), "--db", own).err
 
 
 @pytest.mark.slow

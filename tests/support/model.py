@@ -133,7 +133,7 @@ def chosen(rows: list[Row], criteria: dict[str, Any], conditions: dict[str, Any]
 def usual(criteria: dict[str, Any]) -> str:
     """Return the statuses that are meant if none is named; ``solved`` are all but the geometric ones."""
     where = criteria.get("where", "")
-    if "rules" in where or "geometric" in where:
+    if any(text in where for text in ("rules", "geometric", "status <>")):
         return "all"
     lives = criteria.keys() & {"exists", "not_at", "born", "dies"}
     return "solved" if lives or any(name in where for name in ("status", "born", "dies")) else "orbit"

@@ -35,6 +35,7 @@ WHERE: dict[str, Callable[[model.Row], Any]] = {
     "born > 0.5": both(lambda row: row["born"] > 0.5, "born"),
     "dies < 1 or born is null": lambda row: row["born"] is None or (row["dies"] or 9) < 1,
     "status = 'geometric' or rules is not null": lambda row: bool(row["rules"]),
+    "status <> 'orbit' and p < 5": lambda row: row["status"] != "orbit" and row["p"] < 5,
     # patterns
     "code like '%31%'": lambda row: "31" in row["code"],
     "code not glob '*31*' AND length > 9": both(

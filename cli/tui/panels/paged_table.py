@@ -27,6 +27,8 @@ _WIDTHS = {
 }  # fmt: skip
 """Widths of the columns whose values are wider than their names."""
 
+_WHOLE_SYMMETRY = 19
+"""Width of that column where there is room for all seven symmetries, with a blank before them."""
 _LONGEST_CODE = 24
 _MORE = "›"
 """The sign at the end of the headings that more columns follow."""
@@ -196,7 +198,11 @@ class PagedTable(ScrollView, can_focus=True):
     def _shown(self) -> list[tuple[str, int]]:
         """Return the columns that fit, including the sort column if possible, with their widths."""
         pinned, window = self._visible()
-        return [("code", self._code_width()), *((name, width_of(name)) for name in pinned + window)]
+        widths = {"code": self._code_width()} | {name: width_of(name) for name in pinned + window}
+        used = sum(widths.values()) + len(widths) - widths.get("symmetry", 0)
+        if "symmetry" in widths and used + _WHOLE_SYMMETRY <= self.scrollable_content_region.width:
+            widths["symmetry"] = _WHOLE_SYMMETRY
+        return [*widths.items()]
 
     def _visible(self) -> tuple[list[str], list[str]]:
         """Return the sort column, if it would not be visible otherwise, and the columns that fit after it."""

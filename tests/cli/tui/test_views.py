@@ -114,6 +114,12 @@ async def test_undoing_restores_columns_and_order(varied):
         assert (main.view, screen_lines(app)[3]) == (begun, heading)
 
 
+async def test_all_symmetries_are_shown_where_there_is_room(varied):
+    async with browsing(varied, size=(200, 24)) as (app, pilot):
+        await press(pilot, "K")
+        assert " x,y,xy,T,xT,yT,xyT " in "\n".join(screen_lines(app))
+
+
 @pytest.mark.slow
 def test_the_value_of_each_column_chooses_its_row(varied):
     names = [*VIEWS[0].columns, "rules", "born", "maslov"]
