@@ -349,7 +349,7 @@ def room(connection: Connection) -> dict[str, tuple[int, float | None]]:
         sizes = connection.execute(select(_SIZES.c.name, _SIZES.c.pgsize).where(_SIZES.c.aggregate == 1))
         pages = dict(tuple(row) for row in sizes)
     rows = {}
-    for name, stored in {"classes": t.cycle, "solved classes": t.orbit, "pruned words": t.pruned}.items():
+    for name, stored in {"classes": t.cycle, "solved": t.orbit, "pruned words": t.pruned}.items():
         count = connection.scalar(select(func.count()).select_from(stored)) or 0
         if count or stored is not t.pruned:
             rows[name] = count, pages[stored.name] / count if pages and count else None

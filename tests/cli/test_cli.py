@@ -117,7 +117,7 @@ def test_info_lists_the_entropy_at_a_few_a_and_at_every_filled_a(cli):
     cli("bounds", "--edges", "2")
     assert told() == [f"a = 1.6: {bounds}", "enclosed at 4 other values of a from 1 to 8"]
     names = [line.split()[0] for line in cli("info").out.splitlines()[:6]]
-    assert names == ["catalogue", "schema", "size", "SQLite", "classes", "orbits"]
+    assert names == ["catalogue", "schema", "size", "SQLite", "classes", "solved"]
 
 
 @pytest.mark.parametrize("command", commands())

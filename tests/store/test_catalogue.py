@@ -204,7 +204,7 @@ def test_bytes_per_row_add_up_to_the_file(filled, cli):
     with reading(filled) as connection:
         taken = room(connection)
     (classes, per_class), (orbits, per_orbit) = (
-        (n, there(size)) for n, size in (taken["classes"], taken["solved classes"])
+        (n, there(size)) for n, size in (taken["classes"], taken["solved"])
     )
     assert 80 < per_class < 200
     assert 80 < per_orbit < 250
