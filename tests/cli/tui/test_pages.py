@@ -110,10 +110,15 @@ def fitting(first: int, width: int) -> list[str]:
     return window if "p" in window else ["p", *those(USUAL[first:], room - width_of("p") - 1)]
 
 
-def cell(name: str, value: object) -> str:
-    """Return the text of a cell; texts stand a blank apart from the numbers before them."""
+def cell(name: str, value: object, room: int) -> str:
+    """Return the text of a cell; texts stand a blank apart from the numbers before them.
+
+    All symmetries are shown if there is `room` for them beyond the usual width.
+    """
     is_number = SHOWABLE[name].kind in ("number", "integer")
     text, width = ("" if is_number else " ") + number(name, value), width_of(name)
+    if name == "symmetry" and (whole := len(" x,y,xy,T,xT,yT,xyT")) <= width + room:
+        width = whole
     cut = text if len(text) <= width else f"{text[: width - 1]}…"
     return f"{cut:{'>' if is_number else '<'}{width}}"
 
@@ -150,11 +155,12 @@ async def test_lines_agree_with_a_list_after_any_keys(filled_once):
             heading, *lines = (table.render_line(y) for y in range(height + 1))
             shown = heading.text.replace("p▲", "p").replace("›", "").split()[1:]
             assert shown in (fitting(first, width) for first in range(1, len(USUAL)))
+            room = width - width_of("code") - 1 - sum(width_of(name) + 1 for name in shown)
             name = USUAL[column]
             assert name in ("code", *shown)
             assert table.cell == (name, rows[cursor][name])
             for row, line in zip(rows[top:], lines, strict=False):
-                cells = " ".join(cell(name, row[name]) for name in shown)
+                cells = " ".join(cell(name, row[name], room) for name in shown)
                 mark = "*" if row["code"] in table.marked else " "
                 assert line.text.rstrip() == f"{row['code']:<8}{mark}{cells}".rstrip()
             styles = [str(next(iter(line)).style) for line in lines]
