@@ -166,6 +166,7 @@ def test_an_atlas_says_where_it_comes_from(atlas, varied, cli, tmp_path, monkeyp
     assert list(tmp_path.iterdir()) == [folder]
 
 
+@pytest.mark.slow
 def test_the_command_writes_an_atlas_and_refuses_what_it_cannot_show(cli, own, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = cli("export", "small.html", "--a", "1.6", "--p", "3")

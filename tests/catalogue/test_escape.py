@@ -46,6 +46,7 @@ def test_rates_are_read_whatever_the_sample(catalogue, monkeypatch):
     assert catalogue.escape("top:-0.3:0.3", trajectories=100, bounces=5).rates() == made.rates()
 
 
+@pytest.mark.slow
 def test_processes_do_not_change_the_result(catalogue):
     one, two = (
         catalogue.escape("top:-0.3:0.3", trajectories=70_000, bounces=60, jobs=jobs, store=False)
@@ -54,6 +55,7 @@ def test_processes_do_not_change_the_result(catalogue):
     assert one.columns("time") == two.columns("time")
 
 
+@pytest.mark.slow
 def test_information_contents_and_deletion_know_it(catalogue):
     catalogue.escape("top:-0.3:0.3", trajectories=100, bounces=5, a=1)
     catalogue.escape(without="0202", trajectories=0, a=1)
@@ -74,6 +76,7 @@ ALTERED = (
 )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_verify_finds_what_is_altered(catalogue):
     catalogue.escape("top:-0.3:0.3", trajectories=20_000, bounces=20)
     assert catalogue.verify().sound

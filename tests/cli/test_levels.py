@@ -80,6 +80,7 @@ def levels_file(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_spectrum_reads_levels_and_says_up_to_where_it_is_complete(cli, filled, levels_file):
     asked = ("--lengths", "3:5", "--resolution", "9", "--json", "--db", str(filled))
     found = cli("spectrum", "--levels", str(levels_file), *asked)

@@ -275,6 +275,7 @@ def test_a_table_of_a_status_has_the_same_columns_however_it_is_chosen(status, v
     assert ("length" in chosen[0].out) == (status == "orbit")
 
 
+@pytest.mark.slow
 def test_a_result_in_python_says_which_a_it_took(stored):
     kind, path = stored
     if DEFAULT[kind] is None:

@@ -28,6 +28,7 @@ def texts(path: Path) -> Iterator[str]:
             yield node.value
 
 
+@pytest.mark.slow
 def test_every_suggestion_of_the_library_is_a_method_and_a_command_with_its_options():
     top: Any = typer.main.get_command(program())
     options = {
@@ -53,6 +54,7 @@ def test_every_suggestion_of_the_library_is_a_method_and_a_command_with_its_opti
         assert {*re.findall(r"--[\w-]+", shown)} <= of, shown
 
 
+@pytest.mark.slow
 def test_no_module_of_the_library_names_a_command():
     for path in LIBRARY.rglob("*.py"):
         if not path.is_relative_to(LIBRARY / "cli"):

@@ -115,6 +115,7 @@ def test_a_process_without_a_free_descriptor_says_so(filled):
 
 
 @pytest.mark.parametrize("most", [5, 6, 7])
+@pytest.mark.slow
 def test_a_command_with_few_descriptors_says_so(filled, most):
     table = f"'{sys.executable}' -P -m orbitdb fill --p 4 --db '{filled}'"
     ended = subprocess.run(["bash", "-c", f"ulimit -n {most}; exec {table}"], capture_output=True, text=True)
@@ -123,6 +124,7 @@ def test_a_command_with_few_descriptors_says_so(filled, most):
     assert "Traceback" not in ended.stderr
 
 
+@pytest.mark.slow
 def test_a_limit_of_the_size_of_files_is_named(filled):
     before = Catalogue(filled, a=1.6).count()
     fill = f"'{sys.executable}' -P -m orbitdb fill --p 10 --a 1 --jobs 1 --db '{filled}'"

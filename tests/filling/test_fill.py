@@ -178,6 +178,7 @@ def test_a_slip_in_the_rules_is_noticed_by_the_fill_itself(tmp_path, monkeypatch
             each.cache_clear()
 
 
+@pytest.mark.slow
 def test_a_geometric_fill_that_was_stopped_does_not_count_as_complete(tmp_path, monkeypatch):
     """Nor do single words. It goes on where it stopped, `verify` knows its rows, and so does `delete`."""
     monkeypatch.setattr("orbitdb.filling.fill.PRUNED_BLOCK", 1)

@@ -97,6 +97,7 @@ def agree(case, n, last):
     assert (np.abs(found.survival - own) < 4.5 * np.hypot(error, found.error)).all()
 
 
+@pytest.mark.slow
 def test_known_numbers():
     bounce, time, leg = sampled(1.6, ["top:-0.3:0.3"], [], n=200_000)
     assert bounce.survival[0] == pytest.approx(0.95269, abs=4 * bounce.error[0])  # 1 - mu, exactly
@@ -107,6 +108,7 @@ def test_known_numbers():
     assert bounce.survival[bounce.at == 50] == pytest.approx(0.1907, abs=4 * bounce.error[bounce.at == 50][0])
 
 
+@pytest.mark.slow
 def test_errors_are_those_of_the_scatter():
     found = [sampled(1.6, ["top:-0.3:0.3"], [], n=2000, last=20, seed=seed) for seed in range(60)]
     for kind in range(3):

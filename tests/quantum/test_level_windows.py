@@ -41,6 +41,7 @@ def test_a_window_at_776_is_judged_though_its_gaps_have_no_names(published):
     assert any("0.05 %" in note for note in cells.notes)
 
 
+@pytest.mark.slow
 def test_a_list_is_never_refused_because_it_is_short(published):
     catalogue, k = published
     for count in (1, 5, 30):
@@ -84,6 +85,7 @@ def test_the_published_levels_near_770_are_complete_and_have_the_known_statistic
             catalogue.spectrum(levels=k, window=True, parity="oo", k=refused)
 
 
+@pytest.mark.slow
 def test_statistics_allow_for_missing_levels():
     rng = np.random.default_rng(1)
     k = read_levels(PUBLIC)

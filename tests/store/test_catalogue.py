@@ -177,6 +177,7 @@ def test_room_for_pruned_words_is_looked_for_before_anything_is_written(cli, tmp
     assert not catalogue.fills()
 
 
+@pytest.mark.slow
 def test_a_stored_pruned_word_takes_no_more_than_estimated(tmp_path):
     catalogue = Catalogue.create(tmp_path / "new.db")
     catalogue.fill("2-7")

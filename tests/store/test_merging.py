@@ -140,6 +140,7 @@ def opened(catalogue, a=1.0):
     return catalogue.escape("top:-0.3:0.3", trajectories=100, bounces=5, a=a)
 
 
+@pytest.mark.slow
 def test_open_stadiums_are_merged(tmp_path, monkeypatch):
     monkeypatch.setattr(rates, "GRIDS", (40, 60))
     first, second, target = (Catalogue.create(tmp_path / name) for name in ("1.db", "2.db", "all.db"))

@@ -84,6 +84,7 @@ async def test_views_are_copied_and_undone(varied):
         assert "no view to go back to" in [*app._notifications][-1].message
 
 
+@pytest.mark.slow
 async def test_undo_takes_back_a_filter_whole_and_not_keystroke_by_keystroke(varied):
     """Some of its beginnings are filters of their own, which the table shows while one types."""
     async with browsing(varied) as (app, pilot):
