@@ -182,7 +182,7 @@ def read_range(name: str, text: str) -> tuple[float, float]:
 
 
 def read_k(text: str) -> "Wavenumbers":
-    """Parse --k: LOW:HIGH, of which either end can be left out, or one number."""
+    """Parse --k: one number, or LOW:HIGH, either of which may be missing."""
     first, colon, last = text.partition(":")
     try:
         low, high = real(first) if first or not colon else 0.0, real(last) if last else math.inf

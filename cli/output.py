@@ -48,7 +48,7 @@ _DECIMALS = {
 """Decimals shown in tables. Columns not listed have 6; formats for programs give all digits."""
 
 _ROUNDING = 1e-15
-"""Coordinates below this are zero within their error bounds."""
+"""Tables show smaller coordinates as zero, because they are less than a last digit of the radius."""
 
 _BOUNDS = {"lower": ROUND_FLOOR, "upper": ROUND_CEILING}
 """Proved bounds, which are rounded outward."""

@@ -1428,8 +1428,8 @@ class Catalogue:
         a : float
             Half length of the stadium.
         p : int, str or iterable of int, optional
-            Periods of which words, fills and sweeps are deleted. By default everything at this ``a`` is
-            deleted: also levels, bounds on the entropy, averages over trajectories and open stadiums.
+            Periods whose words, fills and sweeps to delete. By default, the method deletes everything at
+            this ``a``: also levels, bounds on the entropy, averages over trajectories and open stadiums.
         only : Contents, optional
             What must still be stored, as `contents` returned it before you decided.
 

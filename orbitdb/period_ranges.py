@@ -73,7 +73,7 @@ def check_periods(spans: Iterable[tuple[int, int]]) -> tuple[int, ...]:
 
 
 def periods_to_make(p: int | str | Iterable[int]) -> tuple[int, ...]:
-    """Return the periods of which to make data, ascending.
+    """Return the periods to fill or sweep, ascending.
 
     A single number, which can be a text, means all periods up to it. Other texts, such as ``2,3,5-7``, and
     iterables give exactly these periods.

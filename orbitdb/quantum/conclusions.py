@@ -279,8 +279,8 @@ def _doubtful(judged: Judgement, stop: int) -> list[tuple[int, int]]:
 def _cells(paths: _Paths, crowded: Floats, start: int) -> list[tuple[int, int]]:
     """Return the ranges of gaps, from level `start` on, in which levels are probably missing or spurious.
 
-    Where the orbits resolve only groups of n levels, a missing level may be in any of n gaps, each of which
-    is improbable by itself. Where levels are missing everywhere, ranges are cut where fewest are missing.
+    Where the orbits resolve only groups of n levels, they cannot tell in which of n gaps a level is missing,
+    so no single gap is probable. Where levels are missing everywhere, ranges end where fewest are missing.
     """
     n = len(crowded)
     if start == n:

@@ -99,7 +99,7 @@ def test_a_fraction_has_no_count():
 
 
 def test_a_fill_of_several_periods_has_one_bar():
-    """Rows stored earlier count, also those of later periods than the one that is filled now."""
+    """The bar begins with the rows that were stored earlier, also those of later periods."""
     told = []
     steps = (Step(p, words, total, new) for p, words, total, new in ((3, 2, 8, 2), (3, 8, 8, 6)))
     run_steps(
