@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 import typer
 
+from orbitdb.cli.notes import note
 from orbitdb.cli.options import number_option, read_path
-from orbitdb.cli.output import note
 from orbitdb.errors import InputError
 from orbitdb.text import real, several
 

@@ -116,7 +116,7 @@ def execute(arguments: list[str]) -> int:
     remember(arguments)
     try:
         from orbitdb.cli.app import call
-        from orbitdb.cli.output import show_warnings
+        from orbitdb.cli.notes import show_warnings
 
         show_warnings()
         result = call(arguments)

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from orbitdb.cli.grids import ALL, GivenValues, curvatures, half_length, half_lengths
-from orbitdb.cli.output import ON_SCREEN, be_quiet, last_notes
+from orbitdb.cli.notes import be_quiet, last_notes
+from orbitdb.cli.output import ON_SCREEN
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path, home_expanded
 from orbitdb.text import format_float, parse_int, real

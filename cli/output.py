@@ -1,27 +1,22 @@
-"""Data on stdout in the requested format, and notes and progress on stderr."""
+"""Data on stdout in the requested format."""
 
-import logging
 import math
-import os
 import re
 import shutil
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_FLOOR
 from enum import StrEnum
-from pathlib import Path
 from textwrap import wrap
 from typing import Annotated, Any
 
 import typer
 
-from orbitdb.cli.advice import completed
+from orbitdb.cli.notes import writes_table
 from orbitdb.errors import InputError
 from orbitdb.output_files import TEXT_WRITERS
-from orbitdb.progress import Tell, aside, nobody, shown
-from orbitdb.text import as_sure, format_float, in_brackets, joined, line, outward, printable, upwards
+from orbitdb.text import as_sure, format_float, in_brackets, outward, printable, upwards
 
 
 class Format(StrEnum):
@@ -71,116 +66,6 @@ _TIMES = (
 )  # fmt: skip
 
 
-_quiet = False
-"""Whether --quiet was given."""
-
-
-def be_quiet(quiet: bool) -> None:
-    """Leave out notes and progress from now on, or show them."""
-    global _quiet
-    _quiet = quiet
-
-
-def note(message: str, *, always: bool = False) -> None:
-    """Write a message as one line to stderr, if possible; with --quiet, only if it is to be seen `always`."""
-    if _quiet and not always:
-        return
-    _noted.append(message)
-    with aside(), suppress(OSError):
-        print(line(completed(message)), file=sys.stderr)
-
-
-_noted: list[str] = []
-"""The notes of this command."""
-
-_headings: list[Sequence[str]] = []
-"""The columns of each table for people that this command has written."""
-
-_on_a: list[tuple[float, str | None]] = []
-"""Each a that this command has taken, with the note on it if it is a default."""
-
-
-def takes_a(a: float, said: str | None = None) -> None:
-    """Let `last_notes` name the a that a command takes; `said` is the note on a default."""
-    _on_a.append((a, said))
-
-
-@contextmanager
-def last_notes() -> Iterator[None]:
-    """Write which a was taken after the block of a command, unless it fails.
-
-    The note on a default is written also with --quiet. Any other a is named only if a table for people has
-    been written, and neither a column of it nor a note names the a.
-    """
-    for of_last in (_noted, _headings, _on_a):
-        of_last.clear()
-    try:
-        yield
-    except typer.Exit:
-        raise
-    except Exception:
-        _on_a.clear()
-        raise
-    finally:
-        for a, said in dict.fromkeys(_on_a):
-            text = f"a = {format_float(a)}"
-            in_notes = re.compile(rf"\b{re.escape(text)}(?!\.?\d)")
-            named = any("a" in names for names in _headings) or any(map(in_notes.search, _noted))
-            if said is not None:
-                note(said, always=True)
-            elif _headings and not named:
-                note(text)
-
-
-def notes(messages: Iterable[str]) -> None:
-    """Write messages as notes; those that say the same of many values of a become one."""
-    for message in joined(messages):
-        note(message)
-
-
-def confirm(deed: str, undone: str) -> None:
-    """Ask on a terminal whether to do something, such as "delete 3 words"; end the command if not.
-
-    Raises
-    ------
-    InputError
-        If stdin is no terminal; --yes would answer.
-    """
-    if not sys.stdin.isatty():
-        raise InputError(f"this would {deed}: confirm with --yes")
-    if not typer.confirm(f"{deed[0].upper()}{deed[1:]}?", err=True):
-        note(undone)
-        raise typer.Exit(1)
-
-
-class _Notes(logging.Handler):
-    """Writes what the library logs as notes."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        note(record.getMessage())
-
-
-def show_warnings() -> None:
-    """Show as notes what the library logs, such as that it waits for another process."""
-    logger = logging.getLogger("orbitdb")
-    logger.handlers, logger.propagate = [_Notes(logging.WARNING)], False
-
-
-def progress(
-    text: str, to_stdout: bool = False, expected: float | None = None
-) -> AbstractContextManager[Tell]:
-    """Show the progress of long work on a terminal, and nothing elsewhere (`orbitdb.progress.shown`).
-
-    No line is shown while rows go to stdout (`to_stdout`), unless stdout is a file.
-    """
-    watched = (
-        not _quiet and sys.stderr.isatty() and os.environ.get("TERM", "dumb") != "dumb"
-    )  # it must erase lines
-    if not watched or (to_stdout and not Path("/dev/stdout").is_file()):
-        return nullcontext(nobody)
-    return shown(text, expected)
-
-
 def number(name: str, value: Any, digits: int | None = None) -> str:
     """Return a value as text for people, rounded to significant digits, or else as its column requires."""
     if value is None:
@@ -226,13 +111,6 @@ def repeats(word: str, root: str) -> str:
     return f"{code_text(word)} repeats {code_text(root)} ({times}): using {code_text(root)}"
 
 
-def not_shown(count: int, total: int, remedy: bool = True) -> str:
-    """Return the end of a note on rows: how many of all are shown, and how to see them all; '' if all are."""
-    if count >= total:
-        return ""
-    return f"; {count} shown{f', --limit {total} shows all' if remedy else ''}"
-
-
 def write(
     columns: Sequence[str],
     rows: Iterable[Sequence[Any]],
@@ -243,7 +121,8 @@ def write(
     """Write rows to stdout, and return their number; `digits` and `uncertainty` are as in `Output`."""
     if form in FOR_PEOPLE:
         texts, left = _cells(columns, rows, digits, uncertainty)
-        _headings.extend([columns] * bool(texts))
+        if texts:
+            writes_table(columns)
         if uncertainty:
             kept = [place for place, name in enumerate(columns) if bounded_by(name, columns) is None]
             columns, left = [columns[place] for place in kept], [left[place] for place in kept]
@@ -307,7 +186,7 @@ _SAMPLED = ("lambda_d", "lambda_c", "mean_free_path")
 
 def write_facts(facts: Sequence[tuple[str, str]]) -> None:
     """Write names and values in two aligned columns; on a terminal, long values are wrapped."""
-    _headings.append([name for name, _ in facts])
+    writes_table([name for name, _ in facts])
     width = max(len(name) for name, _ in facts)
     columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else sys.maxsize
     for name, text in facts:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli.grids import Asked, GivenValues, many_a, named
+from orbitdb.cli.notes import note, progress, takes_a
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import note, progress, repeats, takes_a
+from orbitdb.cli.output import repeats
 from orbitdb.columns import COMPUTED, IN_CATALOGUE
 from orbitdb.errors import InputError, StoreError
 from orbitdb.store.paths import default_path

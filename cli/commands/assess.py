@@ -7,7 +7,8 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, MeasuredLevels
-from orbitdb.cli.output import Format, Output, note, notes, progress
+from orbitdb.cli.notes import note, notes, progress
+from orbitdb.cli.output import Format, Output
 from orbitdb.cli.snapshots import snapshot_at
 from orbitdb.text import with_error
 

@@ -7,8 +7,9 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.grids import many_a
+from orbitdb.cli.notes import notes, progress
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import Output, notes, progress, write_facts
+from orbitdb.cli.output import Output, write_facts
 from orbitdb.cli.snapshots import given_a, snapshot, storable
 from orbitdb.display import columns_of
 from orbitdb.text import concise, format_float, with_error

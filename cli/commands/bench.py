@@ -9,7 +9,8 @@ import typer
 
 from orbitdb.billiard import USUAL_A
 from orbitdb.cli import options
-from orbitdb.cli.output import Output, note, progress
+from orbitdb.cli.notes import note, progress
+from orbitdb.cli.output import Output
 from orbitdb.display import load
 from orbitdb.plots.registry import load_function
 from orbitdb.text import format_float

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.output import Output, note, progress
+from orbitdb.cli.notes import note, progress
+from orbitdb.cli.output import Output
 from orbitdb.cli.snapshots import given_a, storable
 
 if TYPE_CHECKING:

@@ -6,8 +6,9 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.grids import many_a
+from orbitdb.cli.notes import notes
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import Output, notes
+from orbitdb.cli.output import Output
 from orbitdb.cli.snapshots import chosen_codes, snapshot
 
 EXAMPLES = (

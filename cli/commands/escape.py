@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.output import Output, notes, progress, write_facts
+from orbitdb.cli.notes import notes, progress
+from orbitdb.cli.output import Output, write_facts
 from orbitdb.cli.snapshots import given_a, storable
 from orbitdb.text import concise, format_float
 

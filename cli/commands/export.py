@@ -11,8 +11,8 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.grids import GivenValues, many_a, named
+from orbitdb.cli.notes import note, notes, progress
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import note, notes, progress
 from orbitdb.cli.snapshots import OF_CATALOGUE, asked_columns, chosen_codes, snapshot
 from orbitdb.columns import WRITTEN, Row
 from orbitdb.errors import InputError

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.notes import not_shown, note, notes, progress
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import Output, not_shown, note, notes, progress
+from orbitdb.cli.output import Output
 from orbitdb.cli.snapshots import given_codes, primitive_words, snapshot, solving
 from orbitdb.errors import InputError
 from orbitdb.text import several

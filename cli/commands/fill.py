@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.notes import confirm, note, notes, progress
 from orbitdb.cli.options import MOST_JOBS, Database, HalfLength, Jobs, takes_only
-from orbitdb.cli.output import Output, code_text, confirm, note, notes, progress
+from orbitdb.cli.output import Output, code_text
 from orbitdb.cli.snapshots import bring, given_a, given_codes, primitive_words
 from orbitdb.errors import InputError
 from orbitdb.text import format_float, gigabytes, several

@@ -6,8 +6,9 @@ from typing import Annotated, Any
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.notes import not_shown, note, notes
 from orbitdb.cli.options import count_option, number_option
-from orbitdb.cli.output import ON_SCREEN, Output, code_text, not_shown, note, notes, write_facts
+from orbitdb.cli.output import ON_SCREEN, Output, code_text, write_facts
 from orbitdb.cli.snapshots import snapshot_at, solving
 from orbitdb.errors import InputError
 from orbitdb.text import real

@@ -6,7 +6,8 @@ from operator import itemgetter
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.output import Output, confirm, note, write_facts
+from orbitdb.cli.notes import confirm, note
+from orbitdb.cli.output import Output, write_facts
 from orbitdb.cli.snapshots import bring
 from orbitdb.text import format_float
 

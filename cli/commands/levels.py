@@ -8,7 +8,8 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import Parities, RangeOfK, read_k
-from orbitdb.cli.output import Output, note, notes, progress
+from orbitdb.cli.notes import note, notes, progress
+from orbitdb.cli.output import Output
 from orbitdb.cli.snapshots import given_a, snapshot_at, storable
 from orbitdb.errors import InputError
 from orbitdb.text import several

@@ -6,7 +6,8 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
-from orbitdb.cli.output import Output, note, progress
+from orbitdb.cli.notes import note, progress
+from orbitdb.cli.output import Output
 from orbitdb.cli.snapshots import bring
 from orbitdb.text import several
 

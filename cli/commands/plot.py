@@ -12,8 +12,8 @@ import typer
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels, Lengths, read_k, read_range
 from orbitdb.cli.grids import Asked, named
+from orbitdb.cli.notes import note, notes, progress
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import note, notes, progress
 from orbitdb.cli.snapshots import given_codes, primitive_words, snapshot, solving
 from orbitdb.errors import InputError
 from orbitdb.plots.registry import FIGURES, NAMES, SIZES, SUBSET, EmptyFigureError, Figure, whole_figure

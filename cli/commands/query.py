@@ -12,18 +12,9 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.grids import GivenValues, many_a
+from orbitdb.cli.notes import not_shown, note, notes
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import (
-    ON_SCREEN,
-    Format,
-    Output,
-    code_text,
-    not_shown,
-    note,
-    notes,
-    wrap_after,
-    write_facts,
-)
+from orbitdb.cli.output import ON_SCREEN, Format, Output, code_text, wrap_after, write_facts
 from orbitdb.cli.snapshots import OF_CATALOGUE, asked_columns, given_codes, primitive_words, snapshot, solving
 from orbitdb.columns import EVERY, GROUPS, IN_CATALOGUE, WRITTEN
 from orbitdb.errors import InputError

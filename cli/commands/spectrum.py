@@ -6,7 +6,8 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels, Lengths, Parities, read_k, read_range
-from orbitdb.cli.output import Output, not_shown, note, notes, progress
+from orbitdb.cli.notes import not_shown, note, notes, progress
+from orbitdb.cli.output import Output
 from orbitdb.cli.snapshots import given_codes, primitive_words, snapshot_at, solving
 from orbitdb.errors import InputError
 

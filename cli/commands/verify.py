@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.notes import note, notes, progress, takes_a
 from orbitdb.cli.options import SelectionOptions
-from orbitdb.cli.output import Output, note, notes, progress, takes_a
+from orbitdb.cli.output import Output
 from orbitdb.cli.snapshots import chosen_codes
 from orbitdb.text import several
 

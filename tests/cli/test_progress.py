@@ -9,7 +9,7 @@ import threading
 import pytest
 
 from orbitdb import progress as line
-from orbitdb.cli.output import note, progress
+from orbitdb.cli.notes import note, progress
 from orbitdb.filling.period_jobs import Step, run_steps
 from orbitdb.progress import Work, telling
 
