@@ -66,7 +66,7 @@ if TYPE_CHECKING:
     from orbitdb.verification.verify import Verification
 
 _Answer = TypeVar("_Answer")
-_Noted = TypeVar("_Noted", "Result", "Trajectory", "FieldOrbits", "Levels", "Assessment")
+_Noted = TypeVar("_Noted", "Result", "Trajectory", "FieldOrbits", "Levels", "Assessment", "Subset")
 
 _ORBITS: tuple[Status, ...] = (Status.ORBIT,)
 _EVERY: tuple[Status, ...] = ()
@@ -347,7 +347,8 @@ class Catalogue:
         from orbitdb.store.stored_values import best_reference
 
         with self._reading() as connection:
-            return best_reference(connection, self._at(a, connection))
+            found = best_reference(connection, self._at(a, connection))
+            return None if found is None else replace(found, on_a=self._on_a(a, connection))
 
     def sweeps(self, *, a: float | None = None) -> "Rows[Sweep]":
         """Return the sweeps at a given ``a``, with their counts and sums, in order of period."""
@@ -648,7 +649,10 @@ class Catalogue:
         from orbitdb.answers.read_subset import read_subset
 
         most = None if limit is None else check_int("limit", limit, 0)
-        return self._answer(read_subset, selection, criteria, order, coordinates, classes, most)
+        with self._reading() as connection:
+            chosen = self._chosen(selection, criteria, connection)
+            found = read_subset(connection, chosen, order, coordinates, classes, most)
+            return self._noted(found, selection or criteria.get("a"), connection)
 
     @with_criteria
     def classes(self, selection: Selection | None = None, **criteria: Unpack[Criteria]) -> "OrbitClasses":
@@ -1206,12 +1210,12 @@ class Catalogue:
         from orbitdb.filling.simulate import simulate
 
         at, wanted = Stadium(self._at(a)), check_int("bounces", bounces)
-        file = self.check_writable() if store else None
+        file, on_a = self.check_writable() if store else None, self._on_a(a)
         with telling(progress, "trajectories") as tell:
             averages = simulate(at, wanted, _seed(seed), legwise, tell)
         if store:
             self.keep(averages, file)
-        return averages
+        return replace(averages, on_a=on_a)
 
     def keep(self, found: "Reference | Escape", file: FileId | None = None) -> None:
         """Store a result that was computed elsewhere, by `orbitdb.simulate` or `orbitdb.escape`.

@@ -1,6 +1,5 @@
 """`Selection`, a chosen subset of the words of a catalogue, and its description in words."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Unpack
@@ -22,7 +21,7 @@ from orbitdb.errors import SelectionError
 from orbitdb.open_stadium.openings import Opening, parse_openings, spans_on
 from orbitdb.orbits.status import STORED, Status
 from orbitdb.period_ranges import listed, parse_periods
-from orbitdb.sql_text import plain_values
+from orbitdb.sql_text import names_in, plain_values
 from orbitdb.symbols.pruning import rules_of
 from orbitdb.symbols.words import least_rotation, parse, parse_primitive
 from orbitdb.text import format_float, guess, printable, several, shortened
@@ -160,14 +159,14 @@ class Selection:
     @property
     def usual_statuses(self) -> tuple[Status, ...]:
         """The statuses that are chosen if none is named (`from_criteria`)."""
-        bare = re.sub(r"'[^']*'", "", self.where or "").lower()
-        named = {name for name in OF_STATUS if re.search(rf"\b{name}\b", bare)}
-        equals = re.search(r"\bstatus\s*(=|in\b)", bare)  # which chooses only the statuses that it names
-        geometric = not equals or Status.GEOMETRIC in f"{self.where} {self.parameters}"
-        if "rules" in named or ("status" in named and geometric) or any(map(rules_of, self.codes)):
+        if OF_STATUS & names_in(self.where or "") or any(map(rules_of, self.codes)):
             return STORED
         lives = self.exists or self.not_at or self.ranges.keys() & OF_STATUS
-        return () if named or lives or self.codes else (Status.ORBIT,)
+        return () if lives or self.codes else (Status.ORBIT,)
+
+    def preferring(self, statuses: tuple[Status, ...]) -> "Selection":
+        """Return the selection with these statuses in place of the usual ones; any others stay."""
+        return replace(self, statuses=statuses) if self.statuses == self.usual_statuses else self
 
     def criteria(self) -> dict[str, Any]:
         """Return the criteria from which `from_criteria` makes this selection, except the usual ones."""

@@ -54,6 +54,15 @@ def reads_codes(sql: str) -> bool:
     return not _OF_CODES.isdisjoint(re.findall(r"\w+", LEXED.sub("", sql).lower()))
 
 
+def names_in(sql: str) -> set[str]:
+    """Return the names and keywords in an expression in lower case, quoted names among them."""
+
+    def kept(part: re.Match[str]) -> str:
+        return part[0][1:-1] if part[0][0] in '"`[' else " "
+
+    return set(re.findall(r"[^\W\d]\w*", LEXED.sub(kept, sql).lower()))
+
+
 def bound_names(sql: str) -> set[str]:
     """Return the names (``:name``) in an expression or a statement."""
     return {part["name"] for part in LEXED.finditer(sql) if part["name"]}

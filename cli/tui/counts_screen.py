@@ -25,6 +25,8 @@ from orbitdb.cli.tui.help import KeysLine, purpose
 from orbitdb.cli.tui.panels.filter_bar import equals
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, TopLine, key
 from orbitdb.cli.tui.stored import SHOWABLE
+from orbitdb.criteria import OF_STATUS
+from orbitdb.orbits.status import STORED
 from orbitdb.selection import Selection
 
 _BY = ("status", "p", "symmetry", "time_reversal")
@@ -180,11 +182,24 @@ class CountsScreen(OwnScreen[str | None]):
         """Return the counts by each of the columns `_BY`, and a note on partial periods."""
         chosen = self._selection
         with self._catalogue.snapshot(cancelled) as then:
-            tallies = {name: then.count(chosen, by=[name]) for name in _BY}
+            tallies = {name: self._by(then, name) for name in _BY}
             fills = then.fills(a=chosen.a)
         partly = ", ".join(str(fill.p) for fill in fills if chosen.includes(fill.p) and not fill.done)
-        groups = {name: counts_by(name, counted) for name, counted in tallies.items()}
+        groups = {self._title(name): counts_by(name, counted) for name, counted in tallies.items()}
         return groups, f"partial periods: {partly}" if partly else ""
+
+    def _by(self, then: Catalogue, column: str) -> Result:
+        return then.count(self._counted(column), by=[column])
+
+    def _counted(self, column: str) -> Selection:
+        """Return the words to count by a column: those of every status if it is the status, as `count` does.
+
+        If statuses were chosen, only these count.
+        """
+        return self._selection.preferring(STORED) if column in OF_STATUS else self._selection
+
+    def _title(self, column: str) -> str:
+        return column if self._counted(column) == self._selection else f"{column}, of all words"
 
     def _show_tallies(self, tallies: tuple[dict[str, list[Count]], str]) -> None:
         groups, note = tallies
@@ -196,7 +211,7 @@ class CountsScreen(OwnScreen[str | None]):
         """Return the counts of the values of a column, or of ranges of its values, and a note."""
         with self._catalogue.snapshot(cancelled) as then:
             if column not in MEASURED:  # integers or texts
-                return counts_by(column, then.count(self._selection, by=[column])), ""
+                return counts_by(column, self._by(then, column)), ""
             binned = then.histogram(column, self._selection, bins=bins)
         even = "bins of equal width in the logarithm" if binned.logarithmic else ""
         return counts_in(column, binned), even

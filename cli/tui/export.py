@@ -13,16 +13,15 @@ from orbitdb.billiard.stadium import Stadium
 from orbitdb.catalogue import Catalogue
 from orbitdb.cli.output import code_text
 from orbitdb.cli.tui.dialogs import LineDialog
+from orbitdb.cli.tui.panels.filter_bar import View
 from orbitdb.cli.tui.screens import Working
-from orbitdb.cli.tui.stored import Ordering
 from orbitdb.columns import WRITTEN
 from orbitdb.display import load
 from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
-from orbitdb.output_files import FIGURES, FORMATS, TEXT_WRITERS, atomic_file
+from orbitdb.output_files import FIGURES, FORMATS, atomic_file
 from orbitdb.plots.registry import load_function
 from orbitdb.plots.svg import orbit_svg
-from orbitdb.selection import Selection
 from orbitdb.text import format_float
 
 _WIDTH = 800
@@ -70,23 +69,14 @@ def ask_for_file(
     screen.ask(LineDialog("export to a file", name, example, check), take)
 
 
-def write_rows(
-    catalogue: Catalogue,
-    selection: Selection,
-    ordering: Ordering,
-    path: Path,
-    cancelled: Callable[[], bool],
-) -> str:
-    """Write the rows of a subset; once `cancelled` returns True, writing stops and leaves no file."""
+def write_rows(catalogue: Catalogue, view: View, path: Path, cancelled: Callable[[], bool]) -> str:
+    """Write the rows of a view; once `cancelled` returns True, writing stops and leaves no file."""
     if catalogue.missing:
         raise InputError("there are no rows to write")
+    columns = (*WRITTEN, *["words"] * view.by_class)
     with catalogue.snapshot(cancelled) as then:
-        listing = then.rows(selection, columns=WRITTEN, order=str(ordering))
-        if path.suffix == ".parquet":
-            count = listing.write(path, force=True)
-        else:
-            with atomic_file(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
-                count = TEXT_WRITERS[path.suffix[1:]](file, WRITTEN, listing)
+        listing = then.rows(view.selection, columns=columns, order=str(view.ordering), classes=view.by_class)
+        count = listing.write(path, force=True)
         return "; ".join([f"{count:,} rows written to {path}", *listing.gaps])
 
 

@@ -355,5 +355,5 @@ class MainScreen(OwnScreen[None]):
             "orbits.csv" if orbit is None or of_rows else f"{orbit.code[:40]}.svg",
             "the bounces in phase space" if phase else "the orbit in its stadium",
             partial(save_orbit, orbit, phase),
-            partial(write_rows, self._catalogue, self.choices.selection, self.rows.ordering),
+            partial(write_rows, self._catalogue, self.view),
         )

@@ -21,6 +21,7 @@ from orbitdb.cli.tui.help import KeysLine, purpose
 from orbitdb.cli.tui.panels.canvas import Curve, Plot
 from orbitdb.cli.tui.screens import LEAVING, OwnScreen, ScrollBox, TopLine, in_shell
 from orbitdb.errors import InputError
+from orbitdb.orbits.status import Status
 from orbitdb.period_ranges import written_periods
 from orbitdb.selection import Selection
 from orbitdb.text import concise, with_error
@@ -126,7 +127,7 @@ class StatisticsScreen(OwnScreen[str | None]):
 
     def averages(self, weight: Weight, everything: bool = False) -> tuple[Result | None, str]:
         """Return the averages over the first periods, which are fast, or over all; and a note on the rest."""
-        chosen = self._selection
+        chosen = self._selection.preferring((Status.ORBIT,))
         fills = self._catalogue.fills(a=chosen.a)
         later = [fill.p for fill in fills if fill.p > FIRST and chosen.includes(fill.p)]
         if everything or not later:

@@ -38,8 +38,8 @@ def read_classes(connection: Connection, selection: Selection, texts: Sequence[s
 
     `texts` may name ``symmetry`` and ``representative``, to read them, too.
     """
-    if not selection.statuses:
-        selection = replace(selection, statuses=(Status.ORBIT,))
+    orbits = (Status.ORBIT,)
+    selection = selection.preferring(orbits) if selection.statuses else replace(selection, statuses=orbits)
     if without := [status for status in selection.statuses if status not in EXISTING]:
         raise SelectionError(
             f"only orbits (and boundary) have averages and lengths: leave out status {', '.join(without)}"

@@ -19,7 +19,7 @@ from orbitdb.orbits.status import EXISTING, Status
 from orbitdb.period_ranges import LEAST_PERIOD, written_periods
 from orbitdb.selection import Selection
 from orbitdb.sql_text import on_codes
-from orbitdb.store.conditions import asks_of_lives, parse_order
+from orbitdb.store.conditions import asks_of_lives, may_choose_pruned, parse_order
 from orbitdb.store.lookup import WITH_ORBITS, a_values, default_a
 from orbitdb.store.periods import Fill, Sweep, read_birth_fills, read_fills, read_pruned_fills, read_sweeps
 from orbitdb.store.select import count
@@ -249,10 +249,11 @@ class Coverage:
 
     def _pruned_not_stored(self) -> str | None:
         """Return a line that names chosen periods without stored geometrically pruned words, or None."""
-        if Status.GEOMETRIC not in self.chosen.statuses or self.chosen.codes:
+        if not may_choose_pruned(self.chosen) or self.chosen.codes:
             return None
         stored = [p for p, whole in self.stored.pruned.items() if whole]
-        periods = _within(self.chosen.periods or [(p, p) for p in self.filled] or [(2, _USUAL)], stored)
+        missing = _within(self.chosen.periods or [(p, p) for p in self.filled] or [(2, _USUAL)], stored)
+        periods = [p for p in missing if may_choose_pruned(self.chosen, p)]
         if not periods:
             return None
         total = sum(count_pruned(p) for p in periods)

@@ -70,6 +70,8 @@ def chosen_words(connection: Connection, chosen: Selection) -> PickedWords:
     Words chosen by periods alone need not be stored.
     """
     if Status.GEOMETRIC in chosen.statuses:
+        chosen = chosen.preferring(())
+    if Status.GEOMETRIC in chosen.statuses:
         raise SelectionError("status geometric: geometrically pruned words cannot be followed into a field")
     coverage = Coverage(connection, chosen)
     if chosen != Selection(chosen.a, chosen.periods):

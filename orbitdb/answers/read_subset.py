@@ -28,6 +28,15 @@ def read_subset(
     number = size if limit is None else count(connection, selection, by_class)
     coverage, total = Coverage(connection, selection), None if size == number else number
     missing = coverage.unfilled() or coverage.lacking_births()
-    subset = Subset(selection, **arrays, unfilled=missing, filled=tuple(coverage.filled), total=total,
-                    path=path_of(connection), by_class=by_class, cut=total is not None)  # fmt: skip
+    subset = Subset(
+        selection,
+        **arrays,
+        unfilled=missing,
+        notes=tuple(coverage.gaps(ARRAY_FIELDS, order)),
+        filled=tuple(coverage.filled),
+        total=total,
+        path=path_of(connection),
+        by_class=by_class,
+        cut=total is not None,
+    )
     return replace(subset, coordinates=subset.read_coordinates(connection)) if coordinates else subset

@@ -11,6 +11,7 @@ import numpy as np
 from orbitdb.answers.completeness import no_orbits
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
+from orbitdb.criteria import unknown_column
 from orbitdb.errors import InputError, check_number, check_text
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.solve import solve_word
@@ -70,8 +71,10 @@ def order_of_scars(order: str | None, named: bool) -> list[tuple[str, bool]]:
         check_text("order", order, "above desc")
     for part in (order or ("above desc" if named else "k")).split(","):
         key = _ORDER.fullmatch(part.strip())
-        if key is None or key[2] not in Scar._fields:
-            raise InputError(f"order {order!r:.40}: the columns are {', '.join(Scar._fields)}")
+        if key is None:
+            raise InputError(f"order {order!r:.40}: write columns such as 'above desc' or 'k,strength desc'")
+        if key[2] not in Scar._fields:
+            raise unknown_column(key[2], Scar._fields)
         keys.append((key[2], bool(key[1]) != ((key[3] or "").lower() == "desc")))
     return keys
 

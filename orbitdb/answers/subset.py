@@ -66,8 +66,8 @@ class Subset(Table, Drawn):
     length, lyapunov, margin, residual, error, length_error, lyapunov_error, area, area_error : ndarray, (N,)
         As in `Orbits`; length and margin in units of the radius, the enclosed area in radius^2.
     born, dies : ndarray, shape (N,)
-        The values of a at the first birth and death; NaN for a word without one, or if it is not stored:
-        `Catalogue.birth_fills` has the periods whose births are.
+        The values of a at the first birth and death; NaN for a word without one, and in the periods whose
+        births are not stored, which `notes` names.
     element, cycle : ndarray of int, shape (N,)
         The symmetry that maps the representative to the word, and the id of the class in the file; 0 for
         words without a class.
@@ -78,6 +78,8 @@ class Subset(Table, Drawn):
         words that have none. `of_period`, `coordinates_of` and `plot` read them when they are needed.
     unfilled : str or None
         A line that names the chosen periods that are not filled or lack births.
+    notes : tuple of str
+        Which a was taken if none was named, and what is missing: partial or unfilled periods, and births.
     filled : tuple of int
         The chosen periods that are completely filled; averages use only these.
     total : int or None
@@ -133,6 +135,7 @@ class Subset(Table, Drawn):
     words: Integers
     coordinates: Floats | None = None
     unfilled: str | None = None
+    notes: tuple[str, ...] = ()
     filled: tuple[int, ...] = ()
     total: int | None = None
     path: Path | None = None

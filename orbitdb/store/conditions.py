@@ -11,11 +11,12 @@ from sqlalchemy.sql.base import ReadOnlyColumnCollection
 from orbitdb.columns import WRITTEN
 from orbitdb.criteria import unknown_column
 from orbitdb.errors import SelectionError, check_text
+from orbitdb.orbits.status import Status
 from orbitdb.selection import Selection
 from orbitdb.store import tables as t
 from orbitdb.store.lookup import NEAR
-from orbitdb.store.views import VIEWED
-from orbitdb.store.where import check, expression
+from orbitdb.store.views import PRUNED, VIEWED
+from orbitdb.store.where import check, expression, may_hold
 from orbitdb.symbols.symmetry import (
     class_of,
     images_of_pattern,
@@ -105,6 +106,22 @@ def is_of_classes(selection: Selection) -> bool:
     by_class = selection.where is None or check(selection.where, selection.parameters).of_classes
     of_words = selection.codes or selection.contains or selection.without or selection.opening
     return by_class and not of_words
+
+
+def may_choose_pruned(selection: Selection, p: int | None = None) -> bool:
+    """Tell whether a subset may contain geometrically pruned words, of one period if it is given.
+
+    They have a code, rules, and neither a symmetry nor numbers. For the expression of the subset, SQLite says
+    whether it can hold for them.
+    """
+    numbers = selection.ranges or selection.exists or selection.not_at or selection.opening
+    if Status.GEOMETRIC not in selection.statuses or selection.time_reversal or selection.symmetry or numbers:
+        return False
+    if selection.where is None:
+        return True
+    known: dict[str, str | float] = {"a": selection.a, "status": Status.GEOMETRIC.value}
+    known |= {} if p is None else {"p": p}
+    return may_hold(selection.where, selection.parameters, known, PRUNED.keys() - known.keys())
 
 
 def asks_of_lives(selection: Selection, names: Sequence[str] = (), order: str = "p") -> bool:

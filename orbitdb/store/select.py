@@ -22,7 +22,7 @@ from orbitdb.orbits.status import Status
 from orbitdb.selection import Selection
 from orbitdb.store import tables as t
 from orbitdb.store import views
-from orbitdb.store.conditions import conditions_of, is_of_classes, parse_order
+from orbitdb.store.conditions import conditions_of, is_of_classes, may_choose_pruned, parse_order
 from orbitdb.store.lookup import area_slopes_of, coordinates_of
 from orbitdb.store.sqlite import cursor_of, driver_of, never
 from orbitdb.store.where import CancelledError, Patience, watched
@@ -109,9 +109,10 @@ class Words:
 
 def _views(selection: Selection, whole: bool) -> Iterator[FromClause]:
     """Yield what to query: whole classes or stored words, and pruned words; each is called ``catalogue``."""
-    if selection.statuses != (Status.GEOMETRIC,):
+    only_pruned = selection.statuses == (Status.GEOMETRIC,)
+    if not only_pruned:
         yield views.classes.alias("catalogue") if whole else views.catalogue
-    if Status.GEOMETRIC in selection.statuses:
+    if only_pruned or may_choose_pruned(selection):
         yield views.pruned_at(selection.a)
 
 
@@ -135,7 +136,7 @@ def _values(view: FromClause, by_class: bool) -> Mapping[str, ColumnElement[Any]
 def _is_mixed(connection: sa.Connection, selection: Selection) -> bool:
     """Tell whether there may be words, pruned or long, whose ids do not increase with the period."""
     long = select(select(t.cycle.c.id).where(t.cycle.c.id >= t.LONG).exists())
-    return Status.GEOMETRIC in selection.statuses or bool(connection.scalar(long))
+    return may_choose_pruned(selection) or bool(connection.scalar(long))
 
 
 def _answering(

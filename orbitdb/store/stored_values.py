@@ -52,7 +52,7 @@ def best_reference(connection: Connection, a: float) -> "Reference | None":
     from orbitdb.trajectories.ensemble import Reference
 
     own = t.trajectory
-    columns = [own.c[field.name] for field in fields(Reference) if field.name != "a"]
+    columns = [own.c[field.name] for field in fields(Reference) if field.name in own.c]
     query = select(*columns).where(t.at_a(own, a)).order_by(own.c.lambda_d_error).limit(1)
     row = connection.execute(query).mappings().one_or_none()
     return None if row is None else Reference(**{**t.checked(own, row), "a": a, "seed": int(row["seed"])})

@@ -1,7 +1,6 @@
 """Store classes, orbits, births, certificates, and results such as bounds, averages and levels."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
 from functools import cache
 from itertools import repeat
 from typing import TYPE_CHECKING, Any
@@ -59,7 +58,7 @@ def replace_certificates(
 
 def keep_reference(writer: Writer, reference: "Reference") -> None:
     """Store averages over random trajectories, unless the same ones are stored."""
-    values = asdict(reference) | {"seed": str(reference.seed)}
+    values = reference.row() | {"seed": str(reference.seed)}
     with writer.transaction() as connection:
         values["stadium"] = writer.stadium_id(connection, values.pop("a"))
         _keep_new(writer, connection, t.trajectory, values)  # the same seed gives the same averages

@@ -9,7 +9,7 @@ import re
 import sqlite3
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from typing import Any, NamedTuple
 
@@ -17,7 +17,7 @@ from sqlalchemy import BindParameter, Connection, TextClause, bindparam, text
 
 from orbitdb.columns import EVERY
 from orbitdb.errors import SelectionError
-from orbitdb.sql_text import LEXED, Parameters, as_typed, plain_values
+from orbitdb.sql_text import LEXED, Parameters, as_typed, names_in, plain_values
 from orbitdb.store import tables as t
 from orbitdb.store.file import open_empty
 from orbitdb.store.sqlite import (
@@ -181,6 +181,28 @@ def check(where: str, parameters: Parameters) -> Reads:
         if kind == "text":  # SQLite would take its beginning for a number
             raise ValueError("it is a text, not a condition: compare it, as in code = code('31')")
     return reads
+
+
+_STRICT = {"and", "or", "not", "in", "between", "like", "glob", "abs", "length", "substr", "lower", "upper"}
+"""Words in an expression through which an unknown value leads to NULL, unless no value could matter."""
+
+
+def may_hold(where: str, parameters: Parameters, known: Parameters, unknown: Collection[str]) -> bool:
+    """Tell whether an expression may hold for rows of which some columns are known, and others are not.
+
+    All further columns are NULL, as unknown ones are in SQL: then SQLite answers NULL if these matter.
+    """
+    reads, stage, patience = check(where, parameters), _stage(), Patience()
+    depends = not reads.columns.isdisjoint(unknown)
+    if reads.queries > 1 or (
+        depends and not names_in(where) <= _STRICT.union(_COLUMNS, ["catalogue", "contains"])
+    ):
+        return True
+    row = ", ".join(f"{known[name]!r} AS {name}" if name in known else f"NULL AS {name}" for name in _COLUMNS)
+    with watched(stage, patience, where):
+        statement = f"WITH catalogue AS (SELECT {row}) SELECT (\n{where}\n) FROM catalogue"
+        (holds,) = stage.execute(statement, plain_values(parameters)).fetchone()
+    return depends if holds is None else bool(holds)
 
 
 def _run(stage: Driver, statement: str, values: Mapping[str, Any], patience: Patience) -> Reads:

@@ -11,8 +11,8 @@ bounces between the walls cost no more than one bounce, and their rounding error
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -177,6 +177,8 @@ class Reference(Record):
         Number of independent starts; the errors are estimated from their spread.
     seed : int
         Seed of the random numbers.
+    on_a : tuple of str
+        The first of the notes if no a was named: which one was taken.
     """
 
     a: float
@@ -189,6 +191,7 @@ class Reference(Record):
     bounces: int
     groups: int
     seed: int
+    on_a: tuple[str, ...] = field(default=(), compare=False, repr=False, kw_only=True)
 
     @classmethod
     def of(
@@ -215,18 +218,25 @@ class Reference(Record):
             *counts,
         )  # fmt: skip
 
-    def notes(self, wanted: int) -> Iterator[str]:
-        """Yield how far the mean free path is from its exact value.
+    def row(self) -> dict[str, Any]:
+        """Return the averages, errors and counts by name."""
+        values = super().row()
+        del values["on_a"]
+        return values
+
+    def notes(self, wanted: int | None = None) -> Iterator[str]:
+        """Yield which a was taken if none was named, and how far the mean free path is from its exact value.
 
         If far more or fewer than the `wanted` bounces were followed, another line says why.
         """
+        yield from self.on_a
         exact = Stadium(self.a).mean_free_path
         off = (self.mean_free_path - exact) / self.mean_free_path_error
         yield (
             f"the mean free path is {abs(off):.1f} standard errors {'above' if off > 0 else 'below'} "
             f"pi Area / Perimeter = {exact:.6f}"
         )
-        if abs(self.bounces - wanted) > _NEAR * wanted:
+        if wanted is not None and abs(self.bounces - wanted) > _NEAR * wanted:
             why = (
                 f"the errors need {LEAST} trajectories"
                 if self.groups == LEAST

@@ -109,6 +109,14 @@ def test_missing_numbers_of_a_data_frame_are_nan(catalogue):
     assert catalogue.select(p=4).to_pandas()["dies"].dtype == float
 
 
+def test_a_subset_says_whose_births_are_not_stored(catalogue):
+    subset = catalogue.select(p="2-3")
+    assert (subset.born != subset.born).all()
+    assert [note for note in subset.notes if "births of periods 2-3 are not stored" in note]
+    assert subset[:2].notes == subset.notes
+    assert str(subset) == "<9 orbits of period 2 to 3 at a = 1.6>"
+
+
 def test_a_result_shows_its_rows_and_notes_at_the_prompt(catalogue, monkeypatch):
     table = catalogue.table(p="2-4")
     assert repr(table) == str(table)

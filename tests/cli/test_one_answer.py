@@ -1,6 +1,7 @@
 """The shell, Python and the screen answer alike: the same default a, periods and statuses."""
 
 import json
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import astuple
 from itertools import product
@@ -10,7 +11,9 @@ from typing import Any
 import pytest
 import typer
 from quick import slow_but
-from screens import browsing
+from screens import browsing, press, write
+from textual.pilot import Pilot
+from textual.widgets import Label
 
 from orbitdb import Catalogue, InputError
 from orbitdb.answers.subset import Subset
@@ -21,9 +24,12 @@ from orbitdb.cli.commands.identify import LENGTH_KEYS
 from orbitdb.cli.commands.verify import COLUMNS as CHECKED
 from orbitdb.cli.options import SelectionOptions
 from orbitdb.cli.snapshots import given_a
+from orbitdb.cli.tui.app import BrowseApp
+from orbitdb.cli.tui.counts_screen import CountsList
 from orbitdb.errors import NotStoredError
 from orbitdb.open_stadium import rates
-from orbitdb.text import format_float
+from orbitdb.output_files import metadata_path
+from orbitdb.text import as_options, format_float
 
 STORED = {"none": [], "one": [1.0], "levels": [], "several": [1.0, 1.6], "without 1.6": [1.0, 2.0]}
 """The values of a with periods 2 to 4 in each catalogue."""
@@ -251,19 +257,103 @@ def test_a_table_for_people_names_its_a(question, made_once, tmp_path, cli):
         assert in_column or heading == ["a", "0.9"] or "a = 0.9" in done.err, done
 
 
-@pytest.mark.parametrize("asked", [{}, {"status": "all"}, {"where": "status = 'dynamical'"}])
-async def test_the_screen_shows_the_rows_of_the_shell(stored, asked, cli):
-    kind, path = stored
-    if DEFAULT[kind] is None or not STORED[kind]:
-        return
-    chosen = SelectionOptions(p="4", **asked).at(given_a(path, None)[0])
-    options = [text for name, value in asked.items() for text in (f"--{name}", value)]
-    done = cli("query", "--p", "4", *options, "-c", "code", "--format", "csv", "--db", str(path))
+TALLIES = ("status", "p", "symmetry", "time_reversal")
+AVERAGES = ("entropy", "lyapunov")
+
+
+def of_shell(cli: Callable[..., Any], options: Sequence[str], file: Path) -> dict[str, Any]:
+    """Return what the shell counts, averages and exports of a subset, and would fill up to period 7."""
+
+    def rows(*command: str) -> list[dict[str, Any]]:
+        return json.loads(cli(*command, *options, "--json").out or "[]")
+
+    def tally(name: str) -> list[tuple[str, str]]:
+        return [(str(row[name] or "without"), f"{row['words']:,}") for row in rows("count", "--by", name)]
+
+    dry = cli("fill", "--p", "7", *options[-2:], "--dry-run").err
+    cli("export", str(file), *options)
+    return {
+        "query": [row["code"] for row in rows("query", "-c", "code")],
+        "count": sum(row["words"] for row in rows("count")),
+        **{name: tally(name) for name in TALLIES},
+        **{name: rows(name) for name in AVERAGES},
+        "fill": re.findall(r"at a = (\S+): (\d+) words to solve, (.*?), in", dry.replace(" and", ",")),
+        "export": file.read_text() if file.exists() else "",
+    }
+
+
+async def of_screen(app: BrowseApp, pilot: Pilot[Any], file: Path) -> dict[str, Any]:
+    """Return the same from the screen, in the same form, but with all columns of the averages."""
+    main: Any = app.screen
+    source = main.rows.table.source
+    found: dict[str, Any] = {"query": [source.row(place)[0] for place in range(len(source))]}
+    found["count"] = int(main.rows.report.partition(" ")[0].replace(",", "") or 0)
+    await press(pilot, "e")
+    if app.screen is not main:
+        await write(pilot, str(file), "enter")
+    found["export"] = file.read_text() if file.exists() else ""
+    await press(pilot, "d")
+    if app.screen is not main:
+        box = app.screen.query_one("#tallies", CountsList)
+        options = [box.get_option_at_index(place) for place in range(box.option_count)]
+        for name in TALLIES:
+            grids: list[Any] = [each.prompt for each in options if (each.id or "").startswith(name)]
+            found[name] = [tuple(next(iter(part.cells)) for part in grid.columns[:2]) for grid in grids]
+        await press(pilot, "escape", "S")
+        statistics: Any = app.screen
+        for name in AVERAGES:
+            found[name] = [] if statistics.result is None else of_columns(statistics.result.columns)
+        await press(pilot, "escape")
+    await press(pilot, "f")
+    await write(pilot, "7", field="#periods")
+    cost = str(app.screen.query_one("#cost", Label).render())
+    words, a, takes = re.findall(r"(\S+) words to fill at a = (\S+): (.*)", cost)[0]
+    found["fill"] = [(a, words.replace(",", ""), takes)]
+    return found
+
+
+CHOSEN = [
+    {"p": "2-5,12"},
+    {"p": "2-5,12", "status": "all"},
+    {"where": "status = 'dynamical'"},
+    {"p": "3", "where": "rules is null or p = 3"},
+    {"time_reversal": "self", "without": ["02"]},
+]
+
+
+async def screen_agrees(path: Path, folder: Path, cli: Callable[..., Any], asked: dict[str, Any]) -> None:
+    """Compare what the screen says of a subset with what the shell says."""
+    chosen = SelectionOptions(**asked).at(given_a(path, None)[0])
+    shell = of_shell(cli, [*as_options(asked), "--db", str(path)], folder / "shell.csv")
     async with browsing(path, selection=chosen) as (app, pilot):
-        await app.workers.wait_for_complete()
-        await pilot.pause()
-        source = app.screen_stack[0].rows.table.source
-        assert [source.row(place)[0] for place in range(len(source))] == done.out.split()[1:]
+        screen = await of_screen(app, pilot, folder / "screen.csv")
+    for name in AVERAGES:
+        screen[name] = [{key: row[key] for key in (shell[name] or [{}])[0]} for row in screen.get(name, ())]
+    assert screen == shell
+
+
+async def test_the_screen_counts_averages_fills_and_exports_as_the_shell_does(stored, tmp_path, cli):
+    kind, path = stored
+    if DEFAULT[kind] is not None:
+        await screen_agrees(path, tmp_path, cli, {"p": "2-4"})
+
+
+@pytest.mark.parametrize("asked", CHOSEN)
+async def test_the_screen_agrees_on_every_kind_of_subset(asked, varied, tmp_path, cli):
+    await screen_agrees(varied, tmp_path, cli, asked)
+
+
+async def test_an_export_has_the_rows_and_the_provenance_of_the_shell(varied, tmp_path, cli):
+    """Of classes and in the order of the screen."""
+    shell, screen = tmp_path / "shell.csv", tmp_path / "screen.csv"
+    cli("export", str(shell), "--p", "3", "--classes", "--order", "code", "--db", str(varied))
+    chosen = SelectionOptions(p="3").at(1.6)
+    async with browsing(varied, selection=chosen) as (_, pilot):
+        await press(pilot, "K", "s", "e")
+        await write(pilot, str(screen), "enter")
+    assert screen.read_text() == shell.read_text()
+    beside = [json.loads(metadata_path(file).read_text()) for file in (shell, screen)]
+    assert beside[0] | {"date": ""} == beside[1] | {"date": ""}
 
 
 @pytest.mark.parametrize("status", ["dynamical", "geometric", "orbit"])
@@ -287,9 +377,10 @@ def test_a_result_in_python_says_which_a_it_took(stored):
             catalogue.table(), catalogue.entropy(), catalogue.rows(), catalogue.field(0.1, code="13"),
             catalogue.identify(start=(0, 0.1, 0.5)), catalogue.identify(length=10.4), catalogue.count(by="p"),
             catalogue.fill_levels(1, parity="oo", store=False), catalogue.pruning_front(),
-            catalogue.escape("top:-0.3:0.3", trajectories=0, store=False),
+            catalogue.escape("top:-0.3:0.3", trajectories=0, store=False), catalogue.select(p=3),
         ):  # fmt: skip
             yield found.notes
+        yield [*catalogue.simulate(2000, store=False).notes()]
         if STORED[kind]:
             yield catalogue.spectrum((3, 20)).notes()
         if kind == "levels":

@@ -198,5 +198,5 @@ def test_scars_take_one_k_or_a_range_and_an_order(tmp_path):
     assert len(catalogue.scars(9, parity="oo")) == 5
     with pytest.raises(InputError, match="give the lower end first"):
         catalogue.scars((10, 8), code="02")
-    with pytest.raises(InputError, match="order 'x'"):
-        catalogue.scars((8, 10), order="x")
+    with pytest.raises(InputError, match="'strenght': did you mean strength"):
+        catalogue.scars((8, 10), order="strenght")

@@ -16,7 +16,7 @@ from orbitdb.cli.tui.dialogs import FilterDialog, LineDialog, ListDialog, MarksD
 from orbitdb.cli.tui.screens import Working
 from orbitdb.cli.tui.stored import USUAL, Kept, Ordering, begun_periods
 from orbitdb.errors import SelectionError
-from orbitdb.orbits.status import Status
+from orbitdb.orbits.status import STORED, Status
 from orbitdb.selection import Selection
 from orbitdb.sql_text import bound_names
 from orbitdb.store.where import check
@@ -236,10 +236,11 @@ def chips(selection: Selection, a_values: Sequence[float]) -> str:
     reversal = {"self": "self-retracing", "pair": "reversed pairs", None: "any reversal"}
     several = f", of {len(a_values)} values stored" if len(a_values) > 1 else ""
     stored = several if selection.a in (a_values or [selection.a]) else ", not filled"
+    statuses = () if selection.statuses == STORED else selection.statuses
     parts = [
         ("half_length", "a", f"{format_float(selection.a)}{stored}"),
         ("turn('periods')", "\\[ ]", f"p {selection.criteria().get('p', 'all').replace(',', ', ')}"),
-        ("turn('statuses')", "o", ", ".join(selection.statuses) or "every status"),
+        ("turn('statuses')", "o", ", ".join(statuses) or "every status"),
         ("turn('time_reversal')", "r", reversal[selection.time_reversal]),
         ("filter", "/", escaped(selection.describe_rest()) or "no filter"),
     ]

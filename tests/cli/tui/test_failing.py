@@ -15,9 +15,10 @@ from orbitdb.cli.tui.counts_screen import CountsScreen
 from orbitdb.cli.tui.export import save_orbit, write_rows
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
+from orbitdb.cli.tui.panels.filter_bar import View
 from orbitdb.cli.tui.screens import QuestionDialog
 from orbitdb.cli.tui.statistics_screen import StatisticsScreen
-from orbitdb.cli.tui.stored import Kept, Ordering
+from orbitdb.cli.tui.stored import Kept
 from orbitdb.orbits.solve import solve_word
 from orbitdb.selection import Selection
 from orbitdb.store.sqlite import never
@@ -33,7 +34,7 @@ def test_exports_without_their_extra_name_it_and_leave_no_file(varied, tmp_path,
     for path, write, module, told in (
         (
             tmp_path / "x.parquet",
-            partial(write_rows, catalogue, few, Ordering(), cancelled=never),
+            partial(write_rows, catalogue, View(few), cancelled=never),
             "pyarrow",
             "parquet",
         ),

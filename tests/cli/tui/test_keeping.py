@@ -68,7 +68,7 @@ async def test_marked_orbits_and_filters_are_kept_and_exported(filled_once, tmp_
         await ask(pilot, "slash", "p < 4")
         await press(pilot, "apostrophe")
         assert len(table_of(app).source) == 2
-        told = write_rows(app.catalogue, app.screen.choices.selection, Ordering(), file, never)
+        told = write_rows(app.catalogue, app.screen.view, file, never)
         assert told.startswith("2 rows")
         await press(pilot, "asterisk")
         assert [row_of(app)[0], len(table_of(app).source)] == ["13", 1]

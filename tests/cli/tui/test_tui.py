@@ -21,6 +21,7 @@ from orbitdb.cli.tui.fill_dialog import FillDialog, parse_request
 from orbitdb.cli.tui.main_screen import MainScreen
 from orbitdb.cli.tui.panels.drawing import OrbitDrawing
 from orbitdb.cli.tui.panels.facts import FactsPanel
+from orbitdb.cli.tui.panels.filter_bar import View
 from orbitdb.cli.tui.screens import QuestionDialog, Working
 from orbitdb.cli.tui.stored import Ordering
 from orbitdb.errors import InputError
@@ -187,7 +188,7 @@ def test_the_dialog_reads_periods_as_the_command_does():
 def test_every_kind_of_export_writes_the_shown_data(filled, tmp_path, name):
     catalogue, path, few = Catalogue(filled), tmp_path / name, Selection(periods=((2, 4), (9, 9)))
     if name == "rows.tsv":
-        told = write_rows(Catalogue(filled), few, Ordering("length", True), path, never)
+        told = write_rows(Catalogue(filled), View(few, Ordering("length", True)), path, never)
     else:
         told = save_orbit(catalogue.find("013", a=1.6), False, path)
     assert str(path) in told
@@ -205,7 +206,7 @@ def test_every_kind_of_export_writes_the_shown_data(filled, tmp_path, name):
         save_orbit(None, False, tmp_path / "x.svg")
     with pytest.raises(InputError):
         write_rows(
-            Catalogue(tmp_path / "no.db", missing_ok=True), Selection(), Ordering(), tmp_path / "x.csv", never
+            Catalogue(tmp_path / "no.db", missing_ok=True), View(Selection()), tmp_path / "x.csv", never
         )
 
 

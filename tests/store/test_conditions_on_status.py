@@ -1,0 +1,57 @@
+"""A condition that names the status, rules or births means every status, however it is written."""
+
+import sqlite3
+from contextlib import closing
+
+import pytest
+
+from orbitdb.catalogue import Catalogue
+
+FORMS = [
+    ("status = 'dynamical'", {}, False),
+    ("STATUS == :status", {"status": "boundary"}, False),
+    ("\"status\" in ('orbit', :other) -- born", {"other": "dynamical"}, False),
+    ("'orbit' is catalogue.status and p = 3", {}, False),
+    ("lower([status]) like 'dyn%'", {}, False),
+    ("`status` is null", {}, False),
+    ("status = 'orbit' and code like '0%'", {}, False),
+    ("status = :s", {"s": "geometric"}, True),
+    ("not status = 'dynamical'", {}, True),
+    ("status <> 'orbit' and p < 5", {}, True),
+    ("status = 'dynamical' or p < 4", {}, True),
+    ("coalesce(code, '013') <> '013' and status like 'g%'", {}, True),
+    ("rules like '%2%'", {}, True),
+    ("born is null", {}, True),
+    ("born < 1", {}, False),
+]
+"""Conditions, values of their names, and whether they may hold for pruned words."""
+
+NAMES = ("code", "p", "status", "rules", "born")
+
+
+@pytest.mark.parametrize(("where", "parameters", "pruned"), FORMS)
+def test_a_condition_that_names_the_status_or_births_means_every_status(where, parameters, pruned, varied):
+    catalogue = Catalogue(varied, 1.0)
+    with closing(sqlite3.connect(":memory:")) as model:
+        model.execute(f"CREATE TABLE catalogue ({', '.join(NAMES)})")
+        for code, p, status, rules, born in catalogue.rows(columns=NAMES, status="all"):
+            row = code, p, status, ",".join(map(str, rules)) or None if rules else None, born
+            model.execute("INSERT INTO catalogue VALUES (?, ?, ?, ?, ?)", row)
+        asked = f"SELECT code, status FROM catalogue WHERE (\n{where}\n) ORDER BY code"
+        expected = [*model.execute(asked, parameters)]
+    found = catalogue.rows(columns=("code", "status"), where=where, parameters=parameters, order="code")
+    assert [*found] == expected
+    assert any("geometrically pruned words" in note for note in found.notes) == pruned
+    assert not pruned or "geometric" in dict(map(reversed, expected))
+
+
+def test_names_in_texts_comments_and_values_do_not_choose_statuses(varied):
+    catalogue = Catalogue(varied, 1.0)
+    for where in ("p = :status", "code <> 'status' and p = 3", "p = 3 -- born", "p = 3 /* rules */"):
+        parameters = {"status": 3} if ":" in where else {}
+        assert len([*catalogue.rows(where=where, parameters=parameters)]) == catalogue.count(p=3)
+
+
+@pytest.mark.parametrize("criteria", [{"time_reversal": "self"}, {"symmetry": "1"}, {"length": (0, 20)}])
+def test_no_pruned_words_are_missing_where_they_cannot_be_chosen(criteria, varied):
+    assert not any("pruned" in note for note in Catalogue(varied, 1.0).rows(status="all", **criteria).notes)
