@@ -25,6 +25,11 @@ def be_quiet(quiet: bool) -> None:
     _quiet = quiet
 
 
+def is_quiet() -> bool:
+    """Return whether notes are left out, so that nothing need be found out for them."""
+    return _quiet
+
+
 def note(message: str, *, always: bool = False) -> None:
     """Write a message as one line to stderr, if possible; with --quiet, only if it is to be seen `always`."""
     if _quiet and not always:

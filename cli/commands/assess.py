@@ -83,7 +83,7 @@ def assess(
         count = output.write(
             columns, [_row(gap)[: len(columns)] for gap in assessment.gaps if assessment.fits]
         )
-    if fitted and assessment.fits and not assessment.at_limit:
+    if fitted and assessment.fits and not assessment.short and not assessment.at_limit:
         unit = given.radius.metres if given.radius else 1.0
         scaled = with_error(assessment.scale * unit, assessment.scale_error * unit)
         uses = "; the k above use it" if count else ""

@@ -6,7 +6,7 @@ import typer
 
 from orbitdb.cli import options
 from orbitdb.cli.given_levels import OF_FILE, GivenLevels, Lengths, Parities, read_k, read_range
-from orbitdb.cli.notes import not_shown, note, notes, progress
+from orbitdb.cli.notes import is_quiet, not_shown, note, notes, progress
 from orbitdb.cli.output import Output
 from orbitdb.cli.snapshots import given_codes, primitive_words, snapshot_at, solving
 from orbitdb.errors import InputError
@@ -62,6 +62,8 @@ def spectrum(
     of the orbit or half orbit; length, lyapunov and index are those of all of them. A is sign times |A|
     exp(-i pi index / 2).
     """
+    from orbitdb.answers.level_lists import assessed, lacking
+
     if terms:
         options.refuse_idle(context, "with --terms", "resolution", "peaks", "levels")
     if given.levels is None:
@@ -78,6 +80,10 @@ def spectrum(
             parity=parity,
             a=at,
         )
+        said = result.notes(terms)
+        if read is not None and not is_quiet():
+            with catalogue._reading() as connection:
+                said += lacking(assessed(connection, at, read, parity, given.window))
     if terms:
         from orbitdb.quantum.length_spectrum import TERMS
 
@@ -88,7 +94,7 @@ def spectrum(
         from orbitdb.quantum.length_spectrum import SPECTRUM_COLUMNS
 
         output.write(SPECTRUM_COLUMNS, result.rows())
-    notes([*result.notes(terms), *result.judged])
+    notes(said)
 
 
 def scars(

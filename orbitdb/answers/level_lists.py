@@ -100,7 +100,6 @@ def read_spectrum(
         terms=Terms._make(map(np.concatenate, parts)),
         codes=codes,
         missing=largest_amplitude(least_exponent(highest, stadium.a), float(x[-1]), of),
-        judged=() if given is None else tuple(lacking(assessed(connection, stadium.a, given, of, window))),
     )
 
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 
+from orbitdb.answers.level_lists import assessed, lacking
 from orbitdb.arrays import Floats
 from orbitdb.plots.staircase import of_parity
 from orbitdb.plots.style import BLUE, GREY, INK, ORANGE, SMALL, Picture, figure, short
@@ -34,7 +35,10 @@ def spectrum(
     found = catalogue.spectrum(
         lengths, resolution=_RESOLUTION, k=k, levels=levels, window=window, parity=parity, a=chosen.a
     )
-    notes = [*found.notes(), *found.judged]
+    notes = found.notes()
+    if levels is not None:
+        with catalogue._reading() as connection:
+            notes += lacking(assessed(connection, chosen.a, levels, parity, window))
     title = f"length spectrum at a = {format_float(chosen.a)}, {of_parity(parity)}, {found.range_of_k}"
     with figure(7.2, 4.8, title, notes) as made:
         draw_spectrum(made.add_subplot(), found)

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from orbitdb.answers.level_lists import lacking
+from orbitdb.answers.level_lists import assessed, lacking
 from orbitdb.arrays import Floats
 from orbitdb.billiard.stadium import Stadium
-from orbitdb.errors import InputError
 from orbitdb.plots.style import BLUE, GREY, INK, ORANGE, Picture, figure
 from orbitdb.quantum.level_statistics import (
     FAMILY_TO,
@@ -25,7 +24,6 @@ from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:
     from orbitdb.catalogue import Catalogue
-    from orbitdb.quantum.missing_levels import Assessment
 
 Parts = Mapping[Parity, Floats]
 """The levels k of each parity, in ascending order."""
@@ -88,7 +86,8 @@ def rigidity(catalogue: "Catalogue", chosen: Selection, parts: Parts, window: bo
     uncorrelated (Poisson) levels are drawn for comparison.
     """
     title = f"spectral rigidity at a = {format_float(chosen.a)}: {', '.join(parts)}"
-    found = {parity: _assessed(catalogue, chosen.a, k, parity, window) for parity, k in parts.items()}
+    with catalogue._reading() as connection:
+        found = {parity: assessed(connection, chosen.a, k, parity, window) for parity, k in parts.items()}
     missing = {parity: each.missing_share for parity, each in found.items() if each is not None}
     notes = [line for each in found.values() for line in lacking(each)]
     notes += [f"bouncing balls up to length {FAMILY_TO:g} are subtracted for the dashed lines"]
@@ -98,16 +97,6 @@ def rigidity(catalogue: "Catalogue", chosen: Selection, parts: Parts, window: bo
             draw_rigidity(ax, chosen.a, parts, name, missing)
         axes[0].set(xlabel="")
     return made
-
-
-def _assessed(
-    catalogue: "Catalogue", a: float, k: Floats, parity: Parity, window: bool
-) -> "Assessment | None":
-    """Return what the orbits say of a list; None without orbits."""
-    try:
-        return catalogue.assess(k, parity=parity, window=window, a=a)
-    except InputError:
-        return None
 
 
 def draw_rigidity(

@@ -27,7 +27,7 @@ _PASSES = 3
 _RARE = 0.003
 """Least rate of missing and of spurious levels of the first pass."""
 _BEAM, _WIDE_BEAM = Beam(18.0, 300), Beam(120.0, 3000)
-_LEAST_TAU2, _WIDER_FROM, _HOPELESS = 1.5, 0.6, 2.0
+_LEAST_TAU2, _WIDER_FROM, HOPELESS = 1.5, 0.6, 2.0
 """Least variance of the deviations, and the misfits between which the beam is widened: a lost path is the
 main cause of false certainty."""
 _LONG = 3000
@@ -63,11 +63,11 @@ def judge(compared: Comparison) -> Judgement:
     rates = _first_rates(compared)
     judged = _once(compared, rates, _BEAM)
     beam = _BEAM
-    if _WIDER_FROM < judged.misfit < _HOPELESS:
+    if _WIDER_FROM < judged.misfit < HOPELESS:
         beam = _WIDE_BEAM
         judged = _once(compared, rates, beam)
     misfit = judged.misfit
-    if _WIDER_FROM < misfit < _HOPELESS:
+    if _WIDER_FROM < misfit < HOPELESS:
         # it is now known where the places of missing levels are uncertain; new rates would explain anything
         judged = _once(compared, rates, beam, judged)
         misfit = min(misfit, judged.misfit)

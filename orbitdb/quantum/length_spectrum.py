@@ -86,8 +86,6 @@ class Spectrum(Drawn):
         The terms of the orbits, followed by those of the bouncing-ball family.
     codes : ndarray of object, shape (C,)
         Representatives of the symmetry classes to which `Terms.orbit` refers.
-    judged : tuple of str
-        What the given levels lack according to the orbits, one line each.
     missing : float
         Bound on the amplitude of each class of orbits that the sum may lack, up to the last length.
     on_a : tuple of str
@@ -104,7 +102,6 @@ class Spectrum(Drawn):
     complete_length: float
     terms: Terms
     codes: NDArray[np.object_]
-    judged: tuple[str, ...] = ()
     missing: float = math.inf
     on_a: tuple[str, ...] = ()
 

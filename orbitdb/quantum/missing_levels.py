@@ -258,14 +258,15 @@ def assess(
         Scatter of the levels, in mean spacings.
     """
     compared = compare(k, orbits, stadium, parity, window, noise)
-    if fit_scale:
+    crowded = float(compared.crowded[len(k) // 2])
+    resolved = math.ceil(2 * crowded)
+    if fit_scale and len(k) >= resolved:
         judged, scale, error, at_limit = fit(compared, scale_error)
     else:
         judged, scale, error, at_limit = judge(compared), 1.0, 0.0, False
     found = conclude(judged)
     levels, net = judged.compared.k, found.missing - found.spurious
-    crowded = float(judged.compared.crowded[len(k) // 2])
-    resolved, pairs = math.ceil(2 * crowded), hidden_pairs(found.missing, found.spurious, len(k), crowded)
+    pairs = hidden_pairs(found.missing, found.spurious, len(k), crowded)
     return Assessment(
         a=stadium.a,
         parity=parity,

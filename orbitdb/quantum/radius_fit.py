@@ -12,8 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from orbitdb.arrays import Floats
+from orbitdb.errors import InputError
 from orbitdb.quantum.comparison import Comparison, Rates
-from orbitdb.quantum.judging import PATHS, Judgement, judge
+from orbitdb.quantum.judging import FITS, HOPELESS, PATHS, Judgement, judge
 from orbitdb.quantum.level_paths import Beam, Posterior, backward, forward
 
 WIDEST, _AT_LIMIT = 0.005, 0.98
@@ -22,6 +23,8 @@ _SIGMAS = 4.0
 """Largest change in units of the standard error, if it is given."""
 _STEP, _FINER = 0.2, 4
 """Step of the scale, in numbers of the last level, and the factor by which a round refines it in the end."""
+_MOST = 520
+"""Maximum number of scales on the grid for the whole list: 0.5 % up to level 5 000."""
 _ROUNDS, _RESOLVED = 5, 0.4
 """Maximum number of rounds, and the probability of the best scale below which the grid is fine enough."""
 _NONE = 1e-300
@@ -51,34 +54,58 @@ def widest(error: float | None) -> float:
     return WIDEST if error is None else _SIGMAS * error
 
 
+def step_of(compared: Comparison) -> float:
+    """Return the step of the scale for a list."""
+    return _STEP / (2 * float(compared.smooth(compared.k[-1])))
+
+
 def fit(compared: Comparison, error: float | None) -> Fitted:
-    """Fit the scale of a list whose radius has a relative standard error; None for any within `WIDEST`."""
-    n = len(compared.k)
-    count = min(n, _FIRST)
-    low, high, step = 1 - widest(error), 1 + widest(error), math.inf
-    while True:
-        part = compared if count == n else compared.part(count)
-        step = _STEP / (2 * float(part.smooth(part.k[-1])))
-        scales = np.linspace(low, high, max(math.ceil((high - low) / step), 2) + 1)
-        chance = _chances(part, scales, error, _COARSE)
-        likely = scales[chance > _LEAST]
-        step = scales[1] - scales[0]
-        low, high = likely[0] - step, likely[-1] + step
-        if count == n:
-            break
-        count = min(n, count * _MORE)
-    for _ in range(_ROUNDS):
+    """Fit the scale of a list whose radius has a relative standard error; None for any within `WIDEST`.
+
+    Raises
+    ------
+    InputError
+        If so many scales must be tried that many of them would fit.
+    """
+    if 2 * widest(error) > _MOST * step_of(compared):
+        known = _MOST * step_of(compared) / (2 * _SIGMAS)
+        raise InputError(
+            "so high up, too many radii fit to find the right one: for a fit, give its standard error, at "
+            f"most {100 * known:.1g} % (--radius 0.2+-ERROR, in Python radius_error)"
+        )
+    scales, chance = _coarse_grid(compared, error)
+    step = float(scales[1] - scales[0])
+    for refined in range(_ROUNDS):
         # the best scale may lie between two cells
         near = np.convolve(chance > _LEAST, np.ones(3), "same") > 0
         scales = (scales[near, None] + step * (np.arange(_FINER) / _FINER - 0.5 + 0.5 / _FINER)).ravel()
         step /= _FINER
         chance = _chances(compared, scales, error, _BEAM)
-        if chance.max() < _RESOLVED:
+        best = _summit(scales, chance, step)
+        if chance.max() < _RESOLVED or (not refined and judge(compared.scaled(best)).misfit > HOPELESS):
             break
-    best = _summit(scales, chance, step)
+    judged = judge(compared.scaled(best))
     spread = math.sqrt(float(chance @ (scales - best) ** 2) + step**2 / 12)
     at_limit = error is None and abs(best - 1) > _AT_LIMIT * WIDEST
-    return Fitted(_averaged(compared, best, scales, chance), best, spread, at_limit)
+    if judged.misfit <= FITS:
+        judged = _averaged(judged, best, scales, chance)
+    return Fitted(judged, best, spread, at_limit)
+
+
+def _coarse_grid(compared: Comparison, error: float | None) -> tuple[Floats, Floats]:
+    """Return evenly spaced scales around the likely ones, and the probability of each."""
+    n = len(compared.k)
+    count = min(n, _FIRST)
+    low, high = 1 - widest(error), 1 + widest(error)
+    while True:
+        part = compared if count == n else compared.part(count)
+        scales = np.linspace(low, high, max(math.ceil((high - low) / step_of(part)), 2) + 1)
+        chance = _chances(part, scales, error, _COARSE)
+        if count == n:
+            return scales, chance
+        likely, step = scales[chance > _LEAST], float(scales[1] - scales[0])
+        low, high = likely[0] - step, likely[-1] + step
+        count = min(n, count * _MORE)
 
 
 def _summit(scales: Floats, chance: Floats, step: float) -> float:
@@ -107,9 +134,8 @@ def _chances(compared: Comparison, scales: Floats, error: float | None, beam: Be
     return np.asarray(chance / chance.sum())
 
 
-def _averaged(compared: Comparison, best: float, scales: Floats, chance: Floats) -> Judgement:
-    """Judge the list with the best scale, and average the numbers over the other scales."""
-    judged = judge(compared.scaled(best))
+def _averaged(judged: Judgement, best: float, scales: Floats, chance: Floats) -> Judgement:
+    """Return the judgement with the best scale, with numbers that are averaged over the other scales."""
     at_best, steps = judged.compared, judged.steps
     likeliest = np.sort(chance)[-_AVERAGED:][0]
     shares = np.where(chance >= max(likeliest, _LEAST_SHARE * chance.max()), chance, 0.0)
@@ -134,7 +160,7 @@ def likely_scales(compared: Comparison) -> Floats:
     With the right scale, the difference changes from one point of the grid to the next by less than the
     fluctuations of the levels, apart from missing ones.
     """
-    step = _STEP / (2 * float(compared.smooth(compared.k[-1])))
+    step = step_of(compared)
     scales = 1 + step * np.arange(-math.floor(WIDEST / step), math.floor(WIDEST / step) + 1)
     rough = [_roughness(compared.excess(compared.grid, scale)) for scale in scales.tolist()]
     return np.asarray(scales[np.argsort(rough)[:_FEW]], np.float64)

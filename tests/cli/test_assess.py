@@ -220,6 +220,17 @@ def test_the_spectrum_of_a_list_says_which_levels_are_missing(cli, own, exact, t
     assert "'orbitdb assess FILE --db " in found.err
 
 
+def test_a_list_is_not_judged_where_nobody_is_told(cli, own, exact, tmp_path, monkeypatch):
+    def judged(*given):
+        raise AssertionError
+
+    monkeypatch.setattr("orbitdb.answers.level_lists.assess", judged)
+    path = written(tmp_path / "k.txt", exact.tolist())
+    asked = ("spectrum", "--levels", path, "--parity", "oo", "--db", own, "--resolution", "3")
+    assert cli(*asked, "--quiet").code == 0
+    assert Catalogue(own).spectrum(levels=exact, parity="oo", resolution=3).quantum is not None
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("figure", ["spectrum", "assess", "spacings", "rigidity"])
 def test_figures_accept_levels_from_a_file(cli, own, exact, tmp_path, figure):

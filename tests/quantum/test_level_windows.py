@@ -1,7 +1,5 @@
 """Windows of levels, above all published ones near k = 770: judged, and used for statistics and spectra."""
 
-import math
-
 import numpy as np
 import pytest
 from calibration import PUBLIC
@@ -48,11 +46,18 @@ def test_a_list_is_never_refused_because_it_is_short(published):
         found = catalogue.assess(k[:count], parity="oo", window=True)
         assert (found.short, found.gaps) == (True, [])
         assert found.verdict() == "too short to be tested: the orbits resolve 44 levels here (a = 1, oo)"
-    lower = [100.025537, 100.068593, 100.088506]  # at 770 thousands of radii would be tried
-    fitted = catalogue.assess(lower, parity="oo", window=True, fit_radius=True)
-    assert fitted.short
-    assert math.isfinite(fitted.scale)
-    assert not math.isnan(fitted.first_probability)
+        fitted = catalogue.assess(k[:count], parity="oo", window=True, fit_radius=True)
+        assert (fitted.verdict(), fitted.scale) == (found.verdict(), 1)
+
+
+@pytest.mark.slow
+def test_a_radius_is_not_fitted_where_too_many_would_fit(published):
+    catalogue, k = published
+    with pytest.raises(InputError, match=r"too many radii fit .* at most 0\.008 %"):
+        catalogue.assess(k[:50], parity="oo", window=True, fit_radius=True)
+    known = catalogue.assess(k[:50], parity="oo", window=True, fit_radius=True, radius_error=2e-6)
+    assert known.fits
+    assert known.scale == pytest.approx(1, abs=8e-6)
 
 
 @pytest.mark.slow
