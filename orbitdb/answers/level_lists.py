@@ -42,7 +42,7 @@ _USUAL_END = 30.0
 _LONGEST, _MOST_POINTS, _LEAST_K_MAX, _LARGEST_K_MAX = 100, 100_000, 1, 2000
 
 _SHOWN = 3
-"""Maximum number of gaps with missing levels to name in one line."""
+"""Maximum number of other parities, radii and a that fit to name."""
 
 _LOWEST = 3
 """If this many of the lowest levels are missing, the list may be a window."""
@@ -292,14 +292,8 @@ def assessed(
 
 
 def lacking(found: Assessment | None) -> list[str]:
-    """Return a line on the levels that a list lacks, and notes; [] if it lacks none or orbits cannot tell."""
-    if found is None or (found.fits and not found.short and not found.gaps):
-        return []
-    if not found.fits or found.short:
-        return [found.verdict(), *found.notes]
-    places = ", ".join(gap.place() for gap in found.gaps[:_SHOWN])
-    more = f" and {len(found.gaps) - _SHOWN} more" if len(found.gaps) > _SHOWN else ""
-    return [f"{found.verdict()}: {places}{more}; `catalogue.assess(k)` lists them", *found.notes]
+    """Return what to say of a list beside something else; [] if it lacks nothing or orbits cannot tell."""
+    return [] if found is None else found.lacking()
 
 
 def levels_by_parity(

@@ -39,6 +39,8 @@ _LEAST_ERROR = 0.1
 """Least error that is stated for the number of missing levels, and the step to which it is rounded up."""
 _MOST_PAIRED = 0.5
 """Largest share of the spurious levels that are taken to be in pairs."""
+_SHOWN = 3
+"""Maximum number of gaps to name in one line."""
 _SURE = 0.9
 """Probability below which a first number is not certain."""
 _TWINS, _FEW, _MANY, _MOST_OF = 0.02, 3, 5, 0.6
@@ -194,6 +196,16 @@ class Assessment(Drawn):
             said += f"; the orbits tell their number to within about {within}"
         sure = "" if self.gaps else f"P {self.whole:.3g}; "
         return f"{said} ({sure}{of}; {misfit})"
+
+    def lacking(self) -> list[str]:
+        """Return a line on the levels that the list lacks, and the notes; [] if it lacks none."""
+        if self.fits and not self.short and not self.gaps:
+            return []
+        if not self.fits or self.short:
+            return [self.verdict(), *self.notes]
+        places = ", ".join(gap.place() for gap in self.gaps[:_SHOWN])
+        more = f" and {len(self.gaps) - _SHOWN} more" if len(self.gaps) > _SHOWN else ""
+        return [f"{self.verdict()}: {places}{more}; `catalogue.assess(k)` lists them", *self.notes]
 
     def _begins(self) -> str:
         """Return with which level a window begins."""
