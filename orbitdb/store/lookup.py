@@ -3,11 +3,12 @@
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from sqlalchemy import REAL, Connection, Integer, Text, and_, bindparam, cast, func, or_, select, true
+from sqlalchemy import REAL, Connection, Integer, Select, Text, and_, bindparam, cast, func, or_, select, true
 
 from orbitdb.arrays import Floats
 from orbitdb.billiard import USUAL_A
@@ -304,10 +305,15 @@ WITH_ORBITS = ("fill", "sweep", "orbit")
 
 def a_values(connection: Connection, tables: Sequence[str] = ()) -> list[float]:
     """Return the stored values of a in order; with `tables`, only those with rows in one of them."""
+    return list(connection.scalars(_values_of(*tables)))
+
+
+@cache
+def _values_of(*tables: str) -> Select[tuple[float]]:
+    """Return the query of `a_values`, which takes longer to build than to answer."""
     named = [t.TABLES[name] for name in tables]
     used = [select(table).where(table.c.stadium == t.stadium.c.id).exists() for table in named]
-    query = select(t.stadium.c.a).where(or_(*used) if used else true()).order_by(t.stadium.c.a)
-    return list(connection.scalars(query))
+    return select(t.stadium.c.a).where(or_(*used) if used else true()).order_by(t.stadium.c.a)
 
 
 def with_data(connection: Connection) -> list[float]:

@@ -76,14 +76,16 @@ class Words:
     order: str = "p"
     by_class: bool = False
 
-    def rows(self, names: Sequence[str], ids: Integers | None = None) -> FromClause:
+    def rows(
+        self, connection: sa.Connection, names: Sequence[str], ids: Integers | None = None
+    ) -> FromClause:
         """Return the rows, in no order, with the named columns, the sort keys and `_KEYS`.
 
         With `ids`, return only those of these classes and pruned words.
         """
         listed = dict.fromkeys([*names, *parse_order(self.order), *_KEYS])
         whole, queries = is_of_classes(self.selection) and self.by_class, []  # the former checks expressions
-        for view in _views(self.selection, whole):
+        for view in _views(connection, self.selection, whole):
             own = _values(view, self.by_class)
             query = select(*(own[name].label(name) for name in listed))
             query = query.where(*conditions_of(self.selection, view))
@@ -107,13 +109,19 @@ class Words:
         return [*sorting, *natural]
 
 
-def _views(selection: Selection, whole: bool) -> Iterator[FromClause]:
+def _views(connection: sa.Connection, selection: Selection, whole: bool) -> Iterator[FromClause]:
     """Yield what to query: whole classes or stored words, and pruned words; each is called ``catalogue``."""
     only_pruned = selection.statuses == (Status.GEOMETRIC,)
     if not only_pruned:
         yield views.classes.alias("catalogue") if whole else views.catalogue
-    if only_pruned or may_choose_pruned(selection):
+    if only_pruned or _has_pruned(connection, selection):
         yield views.pruned_at(selection.a)
+
+
+def _has_pruned(connection: sa.Connection, selection: Selection) -> bool:
+    """Tell whether there may be pruned words; a second view takes SQLite longer, even an empty one."""
+    stored = select(select(t.pruned.c.id).exists())
+    return may_choose_pruned(selection) and bool(connection.scalar(stored))
 
 
 def _values(view: FromClause, by_class: bool) -> Mapping[str, ColumnElement[Any]]:
@@ -136,7 +144,7 @@ def _values(view: FromClause, by_class: bool) -> Mapping[str, ColumnElement[Any]
 def _is_mixed(connection: sa.Connection, selection: Selection) -> bool:
     """Tell whether there may be words, pruned or long, whose ids do not increase with the period."""
     long = select(select(t.cycle.c.id).where(t.cycle.c.id >= t.LONG).exists())
-    return may_choose_pruned(selection) or bool(connection.scalar(long))
+    return _has_pruned(connection, selection) or bool(connection.scalar(long))
 
 
 def _answering(
@@ -158,7 +166,7 @@ def count(connection: sa.Connection, selection: Selection, by_class: bool = Fals
     """Return the number of chosen words, or of classes with chosen words."""
     with _answering(connection, selection):
         whole = is_of_classes(selection)
-        rows = Words(selection, by_class=by_class or whole).rows((WORDS,))
+        rows = Words(selection, by_class=by_class or whole).rows(connection, (WORDS,))
         number = func.sum(rows.c.words) if whole and not by_class else func.count()
         return connection.scalar(select(number).select_from(rows)) or 0
 
@@ -170,7 +178,7 @@ def counts_by(connection: sa.Connection, selection: Selection, names: Sequence[s
     """
     with _answering(connection, selection):
         whole = views.WORD_COLUMNS.keys().isdisjoint(names)
-        rows = Words(selection, by_class=whole).rows((*names, WORDS))
+        rows = Words(selection, by_class=whole).rows(connection, (*names, WORDS))
         values = [rows.c[name] for name in names]
         numbers = func.sum(rows.c.words), func.count(sa.distinct(rows.c.id))
         found = connection.execute(select(*values, *numbers).group_by(*values).order_by(*values))
@@ -239,7 +247,7 @@ def _blocks(
     """Yield the named columns of rows first .. last - 1, among those with some ids, in blocks of rows."""
     computed = [name for name in names if name in _COMPUTED]
     listed = dict.fromkeys([*(name for name in names if name not in computed), *(_KEYS if computed else ())])
-    rows, driver = words.rows([*listed], ids), driver_of(connection)
+    rows, driver = words.rows(connection, [*listed], ids), driver_of(connection)
     query = select(*(rows.c[name] for name in listed)).order_by(*words.sorting(connection, rows))
     most = _MOST if last is None else max(0, last - first)
     query = query.limit(min(most, _MOST)).offset(min(first, _MOST))

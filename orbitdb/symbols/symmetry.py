@@ -215,10 +215,9 @@ class SymmetryClass:
 
 def class_of(word: str) -> SymmetryClass:
     """Find the symmetry class of a primitive word of any period, in any rotation."""
-    own = least_rotation(word)
     images = [least_rotation(image) for image in images_of(word)]
     representative = min(images)
-    stabiliser = sum(1 << g for g in ELEMENTS if images[g] == own)
+    stabiliser = sum(1 << g for g in ELEMENTS if images[g] == images[0])
     element = images.index(representative)
     words = tuple(dict.fromkeys(images[element ^ g] for g in ELEMENTS))
     return SymmetryClass(representative, element, stabiliser, words)

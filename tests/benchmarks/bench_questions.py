@@ -17,7 +17,9 @@ from orbitdb.cli.tui.stored import USUAL, Ordering, Pages
 
 A = 1.6
 EVERY = Selection(A)
-"""The words of every status."""
+"""The words of every status but `geometric`."""
+
+WITH_PRUNED = Selection.from_criteria(a=A, status="all")
 
 
 def page_of_lengths(catalogue: Catalogue) -> None:
@@ -55,6 +57,10 @@ QUESTIONS: dict[str, Callable[[Catalogue], object]] = {
     "rows(where=\"code like '%0202%'\", limit=20)": lambda c: [
         *c.rows(replace(EVERY, where="code like '%0202%'"), limit=20, columns=USUAL)
     ],
+    'rows(order="length", limit=20, status="all")': lambda c: [
+        *c.rows(WITH_PRUNED, order="length", limit=20, columns=USUAL)
+    ],
+    "rows()": lambda c: sum(1 for _ in c.rows(EVERY, columns=USUAL)),
     'rows(order="code")': lambda c: sum(1 for _ in c.rows(EVERY, order="code", columns=USUAL)),
     "select(p=12)": lambda catalogue: catalogue.select(replace(EVERY, periods=((12, 12),))),
     f'catalogue["{WORD}"], 100 times': hundred_words,
