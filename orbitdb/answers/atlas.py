@@ -62,9 +62,10 @@ def only_orbits(chosen: Sequence[Selection]) -> Selection:
     """Return the selection of the orbits among chosen words at one a; raise `InputError` for others."""
     if len(chosen) > 1:
         raise InputError("an atlas shows one stadium: choose one a")
-    if {*chosen[0].statuses} - {Status.ORBIT}:
+    orbits = (Status.ORBIT,)
+    if {*chosen[0].preferring(orbits).statuses} - {Status.ORBIT}:
         raise InputError("an atlas shows orbits: leave out the other statuses")
-    return replace(chosen[0], statuses=(Status.ORBIT,))
+    return replace(chosen[0], statuses=orbits)
 
 
 def atlas_command(page: Path, catalogue: str, chosen: Selection, order: str, limit: int | None) -> str:

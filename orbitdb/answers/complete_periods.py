@@ -38,8 +38,7 @@ def read_classes(connection: Connection, selection: Selection, texts: Sequence[s
 
     `texts` may name ``symmetry`` and ``representative``, to read them, too.
     """
-    orbits = (Status.ORBIT,)
-    selection = selection.preferring(orbits) if selection.statuses else replace(selection, statuses=orbits)
+    selection = _of_orbits(selection)
     if without := [status for status in selection.statuses if status not in EXISTING]:
         raise SelectionError(
             f"only orbits (and boundary) have averages and lengths: leave out status {', '.join(without)}"
@@ -48,6 +47,12 @@ def read_classes(connection: Connection, selection: Selection, texts: Sequence[s
     found = arrays_of(connection, Words(selection, by_class=True), names)
     with readable(f"a row of {selection.describe()}"):
         return OrbitClasses(**{name: found[name] for name in names}, number=found["id"])
+
+
+def _of_orbits(chosen: Selection) -> Selection:
+    """Return the selection of orbits alone, unless some statuses were chosen."""
+    orbits = (Status.ORBIT,)
+    return chosen.preferring(orbits) if chosen.statuses else replace(chosen, statuses=orbits)
 
 
 @dataclass(frozen=True)
@@ -214,8 +219,7 @@ def read_complete_periods(
     If `swept` and all orbits are chosen, include swept periods without rows. If `lower`, include the periods
     below the chosen ones.
     """
-    if not chosen.statuses:
-        chosen = replace(chosen, statuses=(Status.ORBIT,))
+    chosen = _of_orbits(chosen)
     wide = with_lower(chosen) if lower else chosen
     coverage = Coverage(connection, wide)
     unborn = tuple(coverage.without_births())

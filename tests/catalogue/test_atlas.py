@@ -174,6 +174,8 @@ def test_the_command_writes_an_atlas_and_refuses_what_it_cannot_show(cli, own, t
     assert "2 classes written: classes of orbits of period 3 at a = 1.6, in small.html" in done.err
     again = cli("export", "small.html", "--a", "1.6", "--p", "3")
     assert again.says(2, "small.html", "--force")
+    for where in ("rules is null", "status = 'orbit'"):  # which elsewhere mean every status
+        assert cli("export", "small.html", "--a", "1.6", "--p", "3", "--where", where, "-f").code == 0
     none = cli("export", "none.html", "--a", "1.6", "--where", "p > 50")
     assert (none.code, "nothing is written" in none.err) == (1, True)
     assert cli("export", "x.html", "--columns", "code").says(2, "--columns does nothing with x.html")

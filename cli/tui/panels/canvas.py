@@ -164,6 +164,8 @@ class Curve(NamedTuple):
 _MARGIN = 8
 """Columns of the axis on the left."""
 _ROWS_PER_TICK = 4
+_ROUNDING = 1e-12
+"""Relative difference up to which values count as equal."""
 
 
 def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> list[Line]:
@@ -181,7 +183,7 @@ def draw_curves(curves: Sequence[Curve], columns: int, rows: int) -> list[Line]:
     first, last = float(points[:, 0].min()), float(points[:, 0].max())
     later = points[points[:, 0] >= (first + last) / 2, 1]
     low, high, last = float(later.min()), float(later.max()), max(last, first + 1)
-    pad = 0.05 * (high - low) or 0.5
+    pad = 0.05 * (high - low) if high - low > _ROUNDING * max(abs(low), abs(high)) else 0.5
     low, high = low - pad, high + pad
     canvas = Canvas(columns - _MARGIN, height, (first, low), (last, high), square=False)
     axis = [" " * _MARGIN] * height

@@ -86,7 +86,8 @@ class FilterBar(Static, Working):
         periods = ((), *(((p, p),) for p in begun_periods(self._catalogue, self.selection.a)))
         ring = RINGS.get(name, periods)
         if name == "statuses":
-            ring = tuple(dict.fromkeys((*ring, self.selection.usual_statuses)))
+            usual = self.selection.usual_statuses
+            ring = (usual, *ring[1:]) if usual == STORED else tuple(dict.fromkeys((*ring, usual)))
         self.selection = turned(self.selection, name, ring, step)
 
     def action_statuses(self) -> None:

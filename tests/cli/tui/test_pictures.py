@@ -207,6 +207,14 @@ def test_ticks_are_round_numbers(low, high, most, ticks):
     assert round_ticks(low, high, most) == ticks
 
 
+def test_values_that_differ_by_rounding_are_a_flat_curve():
+    """As the averages of a single orbit, which are the same at each period but for their last digit."""
+    for value in (0.404846, -3e-9):
+        values = value * (1 + np.array([0, 1, 0, 2, 1]) * 2**-52)
+        text = text_of(draw_curves([Curve("one", "", np.arange(3.0, 8.0), values, "×")], 60, 14)[:-1])
+        assert len({row for row, _ in np.argwhere(text == "×").tolist()}) <= 2
+
+
 def test_a_curve_of_one_period_starts_at_the_axis():
     picture = draw_curves([Curve("one", "K_0", np.array([5.0]), np.array([1.0]), "×")], 60, 12)
     text = text_of(picture[:-1])

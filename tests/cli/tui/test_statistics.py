@@ -122,7 +122,7 @@ async def test_the_shown_subset_has_counts_and_histograms(filled_once, varied):
         assert "length: length of one" in text
         assert re.search(r"\b10–(\d+) +[\d,]+ .*\n.*\b\1–", text)  # each bin begins where the one before ends
         await press(pilot, "right_square_bracket")
-        assert f"orbit {count:,} █" in screen_lines(app)[2][36:]  # the histogram of status
+        assert any(f"orbit {count:,} █" in line[36:] for line in screen_lines(app))  # the histogram of status
         await press(pilot, "s", *"jjjjj", "enter")
         assert app.screen.column == "symmetry"
         assert "xyT " in shown(app)

@@ -98,6 +98,24 @@ async def test_undo_takes_back_a_filter_whole_and_not_keystroke_by_keystroke(var
         assert "no view to go back to" in [*app._notifications][-1].message
 
 
+async def test_a_status_without_words_has_no_classes(varied):
+    """Also if a filter is set, beside which the rows without it are counted."""
+    chosen = Selection.from_criteria(a=1.6, status="unresolved", where="p > 2")
+    async with browsing(varied, selection=chosen) as (app, pilot):
+        await press(pilot, "K")
+        assert app.screen.rows.report == "0 of 0 classes"
+
+
+async def test_stepping_through_the_statuses_shows_every_status_once(varied):
+    """A filter by status means every status."""
+    async with browsing(varied, selection=Selection.from_criteria(where="status <> 'x'")) as (app, pilot):
+        seen = []
+        for _ in range(6):
+            seen.append(shown(app).splitlines()[1])
+            await press(pilot, "o")
+        assert [line for line in seen if "every status" in line] == [seen[0], seen[5]]
+
+
 async def test_undoing_restores_columns_and_order(varied):
     async with browsing(varied) as (app, pilot):
         main = app.screen
