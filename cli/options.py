@@ -1,7 +1,7 @@
-"""Options shared by several commands, singly or in groups: how they are read, and completed in the shell."""
+"""Options shared by several commands, singly or in groups."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import wraps
 from inspect import Parameter, Signature, signature
@@ -10,12 +10,18 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from orbitdb.cli.completions import (
+    offered_columns,
+    offered_half_lengths,
+    offered_several_half_lengths,
+    offered_statuses,
+)
 from orbitdb.cli.grids import ALL, GivenValues, curvatures, half_length, half_lengths
 from orbitdb.cli.notes import be_quiet, last_notes
 from orbitdb.cli.output import ON_SCREEN
 from orbitdb.errors import InputError
 from orbitdb.store.paths import default_path, home_expanded
-from orbitdb.text import format_float, parse_int, real
+from orbitdb.text import parse_int, real
 
 if TYPE_CHECKING:
     from orbitdb.selection import Selection
@@ -46,45 +52,6 @@ def with_groups(command: Callable[..., None]) -> Callable[..., None]:
 
     run.__signature__ = Signature(shown)  # type: ignore[attr-defined]  # Typer reads it
     return run
-
-
-def offered_columns(incomplete: str) -> Iterator[tuple[str, str]]:
-    """Offer the columns of the catalogue that are not typed yet."""
-    from orbitdb.columns import IN_CATALOGUE
-
-    return _in_list(incomplete, ((column.name, column.brief) for column in IN_CATALOGUE))
-
-
-def offered_statuses(incomplete: str) -> Iterator[tuple[str, str]]:
-    """Offer the statuses that rows can have."""
-    from orbitdb.orbits.status import STORED
-
-    rows = ((status.value, status.sentence) for status in STORED)
-    return _in_list(incomplete, [*rows, ("all", "every status")])
-
-
-def offered_half_lengths(context: typer.Context) -> list[str]:
-    """Offer the values of a in the catalogue of --db, or in the default one; none if it cannot be read."""
-    from orbitdb.catalogue import Catalogue
-    from orbitdb.errors import StoreError
-
-    try:
-        return [*map(format_float, Catalogue(context.params.get("db")).a_values())]
-    except (InputError, StoreError):
-        return []
-
-
-def offered_several_half_lengths(context: typer.Context) -> list[str]:
-    """Offer the values of a in the catalogue, and ``all``."""
-    return [*offered_half_lengths(context), ALL]
-
-
-def _in_list(incomplete: str, names: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
-    """Yield the names that can continue a list separated by commas, with their meanings."""
-    before, comma, _ = incomplete.rpartition(",")
-    for name, meaning in names:
-        if name not in before.split(","):
-            yield f"{before}{comma}{name}", meaning
 
 
 def number_option(*flags: str, help: str, read: Callable[[str], Any] = real, **more: Any) -> Any:

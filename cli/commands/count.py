@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from orbitdb.cli import options
+from orbitdb.cli.completions import offered_columns
 from orbitdb.cli.grids import many_a
 from orbitdb.cli.notes import notes
 from orbitdb.cli.options import SelectionOptions
@@ -25,7 +26,7 @@ def count(
         typer.Option(
             metavar="COLUMNS",
             help="One row for each combination of values of these columns, separated by commas.",
-            autocompletion=options.offered_columns,
+            autocompletion=offered_columns,
         ),
     ] = None,
     a: options.HalfLengths = None,

@@ -1,9 +1,4 @@
-"""Words in a magnetic field: `Catalogue.field`.
-
-Each symmetry class is solved once without a field, and followed to kappa and to -kappa. Its images under even
-elements (the identity, xy, xT, yT) have the numbers of the representative at kappa; images under odd elements
-(x, y, T, xyT) have those at -kappa.
-"""
+"""Words in a magnetic field: `Catalogue.field`."""
 
 import math
 from collections import Counter
@@ -11,32 +6,28 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from orbitdb.answers.field_words import MOST, PickedWords, followable, whole_periods
 from orbitdb.answers.results import Result
-from orbitdb.arrays import Floats, Indices, Integers, Marks, Masks, Texts, Words
+from orbitdb.arrays import Floats, Integers, Marks, Texts, Words
 from orbitdb.averages.by_period import of_divisors
 from orbitdb.billiard.stadium import ANTICLOCKWISE, Stadium
 from orbitdb.display import MOST_SHOWN, Drawn, Table, columns_of, data_frame
 from orbitdb.errors import InputError, as_floats
 from orbitdb.magnetic.action import ArcPaths
 from orbitdb.magnetic.along_kappa import follow_in_field
-from orbitdb.magnetic.field_status import IN_FIELD, FieldNumbers, FieldStatus, measure
+from orbitdb.magnetic.both_senses import BothSenses
+from orbitdb.magnetic.field_status import IN_FIELD, FieldStatus, measure
 from orbitdb.orbits.admissible import solve_in_doubles
 from orbitdb.progress import Tell, nobody
 from orbitdb.selection import Selection
 from orbitdb.symbols.plane import symbol_plane
-from orbitdb.symbols.symmetry import ODD, class_of, classify, encloses_nothing
 from orbitdb.symbols.words import (
-    MAX_KEYED,
     from_strings,
-    least_rotations,
-    pack,
     to_strings,
-    unpack,
 )
 from orbitdb.text import format_float, several
 
@@ -315,72 +306,10 @@ _NO_WORDS: dict[str, Any] = {
 """The columns of no words."""
 
 
-class _Classes(NamedTuple):
-    """The symmetry classes of N words."""
-
-    least: Words  # the representatives, shape (C, p)
-    stabiliser: Masks  # shape (C,)
-    owner: Indices  # the class of each word, shape (N,)
-    odd: Marks  # whether an odd element leads to the word, shape (N,)
-
-
-def _classes_of(words: Words) -> _Classes:
-    p = words.shape[1]
-    if p <= MAX_KEYED:
-        found = classify(least_rotations(pack(words), p), p)
-        codes, first, owner = np.unique(found.representative, return_index=True, return_inverse=True)
-        return _Classes(unpack(codes, p), found.stabiliser[first], owner, np.isin(found.element, ODD))
-    families = [class_of(word) for word in to_strings(words)]
-    stabilisers = {family.representative: family.stabiliser for family in families}
-    place = {word: number for number, word in enumerate(stabilisers)}
-    owner = np.array([place[family.representative] for family in families])
-    odd = np.isin([family.element for family in families], ODD)
-    return _Classes(from_strings([*place]), np.array([*stabilisers.values()], np.uint8), owner, odd)
-
-
-@dataclass(frozen=True)
-class _BothSenses:
-    """N words of one period as paths to follow: each class to kappa and, unless it is the same, to -kappa."""
-
-    least: Words  # the representatives, shape (C, p)
-    rows: Indices  # the class of each path, shape (M,)
-    sign: Floats  # 1 or -1, by which kappa is multiplied, shape (M,)
-    paths: Indices  # the path of each word, and that of its reverse, if kappa is positive, shape (2, N)
-
-    @classmethod
-    def of(cls, words: Words) -> Self:
-        least, stabiliser, owner, odd = _classes_of(words)
-        both = ~encloses_nothing(stabiliser)  # the others are the same at kappa and -kappa
-        forth = np.arange(len(least))
-        back = np.where(both, len(least) - 1 + np.cumsum(both), forth)
-        paths = np.stack([forth, back])[:, owner]
-        sign = np.repeat([1.0, -1.0], [len(least), both.sum()])
-        rows = np.concatenate([forth, np.flatnonzero(both)])
-        return cls(least, rows, sign, np.where(odd, paths[::-1], paths))
-
-    def numbers(self, found: FieldNumbers, kappa: float) -> dict[str, Any]:
-        """Return the numbers of the words at one curvature, given those of the paths."""
-        own, reverse = self.paths[::-1] if kappa < 0 else self.paths
-        sense = self.sign[own] * (-1.0 if kappa < 0 else 1.0)
-        return vars(found.rows(own)) | {
-            "splitting": found.action[reverse] - found.action[own],
-            "area": found.area[own] * sense + 0.0,  # not -0.0
-        }
-
-
 def _follow_period(stadium: Stadium, words: Words, kappas: Floats) -> dict[str, Any]:
     """Follow words of one period, shape (N, p), to K curvatures; return the columns, shape (N K,)."""
-    senses = _BothSenses.of(words)
-    followed_words, sign = senses.least[senses.rows], senses.sign
-    coordinates, at = solve_in_doubles(senses.least, stadium).coordinates[senses.rows], 0.0
-    numbers: dict[float, dict[str, Any]] = {}
-    for size in np.unique(np.abs(kappas)).tolist():
-        followed = follow_in_field(stadium, followed_words, coordinates, sign * at, sign * size)
-        coordinates, at = followed.coordinates, size
-        found = measure(stadium, followed_words, followed, sign * size)
-        if size == 0:  # words without a fixed point to start from are proved to be no orbits
-            found.status[found.status == FieldStatus.UNRESOLVED.value] = FieldStatus.JOINT.value
-        numbers |= {kappa: senses.numbers(found, kappa) for kappa in kappas[np.abs(kappas) == size].tolist()}
+    senses = BothSenses.of(words)
+    numbers = senses.follow(stadium, solve_in_doubles(senses.least, stadium).coordinates, kappas)
     names = numbers[kappas[0]]
     columns = {name: np.stack([numbers[at][name] for at in kappas.tolist()], 1).ravel() for name in names}
     texts = np.dtypes.StringDType()

@@ -11,7 +11,7 @@ import pytest
 from orbitdb import Catalogue, Stadium
 from orbitdb.answers.identification import NEAR, SAME_LENGTH, SHOWN
 from orbitdb.averages.simulation import simulate
-from orbitdb.cli.options import offered_half_lengths, offered_several_half_lengths
+from orbitdb.cli.completions import offered_half_lengths, offered_several_half_lengths
 from orbitdb.filling.fill import fill_periods
 from orbitdb.trajectories.trajectory import BOUNCES
 from orbitdb.verification.verify import verify
