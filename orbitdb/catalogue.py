@@ -1207,12 +1207,12 @@ class Catalogue:
         store : bool, optional
             Whether to store the result.
         """
-        from orbitdb.filling.simulate import simulate
+        from orbitdb.filling.find_averages import find_averages
 
         at, wanted = Stadium(self._at(a)), check_int("bounces", bounces)
         file, on_a = self.check_writable() if store else None, self._on_a(a)
         with telling(progress, "trajectories") as tell:
-            averages = simulate(at, wanted, _seed(seed), legwise, tell)
+            averages = find_averages(at, wanted, _seed(seed), legwise, tell)
         if store:
             self.keep(averages, file)
         return replace(averages, on_a=on_a)
@@ -1222,12 +1222,12 @@ class Catalogue:
 
         If `file` is given, which is what `check_writable` returned before the work, only that file gets it.
         """
+        from orbitdb.filling.find_averages import keep_averages
         from orbitdb.filling.find_escape import keep_found
-        from orbitdb.filling.simulate import keep_simulated
         from orbitdb.trajectories.ensemble import Reference
 
         if isinstance(found, Reference):
-            keep_simulated(self._present().path, found, file)
+            keep_averages(self._present().path, found, file)
         else:
             keep_found(self._present().path, found, file)
 

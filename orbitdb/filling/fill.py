@@ -119,7 +119,7 @@ def solve_block(solve: Callable[[NDArray[np.uint8]], Any], stored: bool, span: S
     return SolvedBlock(span, codes, stabiliser, words, solution, enumerating, solving, arithmetic())
 
 
-def cut(p: int, after: int, words: int, jobs: int) -> Iterator[Span]:
+def cut_into_spans(p: int, after: int, words: int, jobs: int) -> Iterator[Span]:
     """Cut the part of a period after a packed word into spans of about `words` words, in order.
 
     With several jobs, the spans of a small period are smaller, so that no job runs out of work early.
@@ -134,7 +134,7 @@ def cut_into_blocks(
 ) -> Iterator[Task[SolvedBlock]]:
     """Cut the part of a period after a packed word into blocks, in order."""
     solve = partial(METHODS[method].solve, stadium=Stadium(a))
-    spans = cut(p, after, METHODS[method].words, jobs)
+    spans = cut_into_spans(p, after, METHODS[method].words, jobs)
     return (partial(solve_block, solve, stored, span) for span in spans)
 
 
@@ -378,7 +378,7 @@ class _Births(PeriodJob):
         return open_cursor(connection, tables.birth_fill, p=p)
 
     def blocks(self, cursor: Cursor, jobs: int) -> Iterator[Task[SolvedBlock]]:
-        spans = cut(cursor.p, cursor.after, BIRTHS_BLOCK, jobs)
+        spans = cut_into_spans(cursor.p, cursor.after, BIRTHS_BLOCK, jobs)
         return (partial(solve_block, find_changes, False, span) for span in spans)
 
     def store(self, connection: "Connection", cursor: Cursor, part: SolvedBlock) -> dict[str, float]:

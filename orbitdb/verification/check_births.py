@@ -49,7 +49,7 @@ def check_births(scope: Scope) -> Iterator[Check]:
     fills = [fill for fill in fill_rows(scope) if fill["state"] == DONE]
     for births in whole_births(scope):
         rows = change_rows(scope, births.p)
-        found = [*_wrong_changes(rows), *_wrong_counts(scope, births), *_wrong_events(rows)]
+        found = [*_wrong_changes(rows), *_wrong_birth_counts(scope, births), *_wrong_events(rows)]
         yield Check.listed("births", len(rows), found)
         for fill in fills:
             if fill["p"] == births.p:
@@ -107,7 +107,7 @@ def _wrong_events(rows: Sequence[ChangeRow]) -> Iterator[str]:
     yield from (f"{shortened(row.word)}: an event at a = 0" for row in rows if row.a == 0 and row.event)
 
 
-def _wrong_counts(scope: Scope, fill: BirthFill) -> Iterator[str]:
+def _wrong_birth_counts(scope: Scope, fill: BirthFill) -> Iterator[str]:
     counts = count_births(scope.connection, fill.p)
     stored, expected = {"words": counts["words"]}, {"words": count_by_edges(fill.p)}
     for fault in differences(vars(fill) | stored, counts | expected):
