@@ -23,7 +23,7 @@ from orbitdb.symbols.symmetry import (
     QUARTER_SIGNS,
     REVERSE,
     STABILISER_OF,
-    act_on_areas,
+    act_on_area,
     act_on_coordinates,
     act_on_words,
     half_of,
@@ -322,7 +322,7 @@ class Orbit(Drawn):
             coordinates = act_on_coordinates(element, word, self._one_row())[0].copy()
         code = to_strings(act_on_words(element, word))[0]
         least = self.representative if self.class_size else least_rotation(code)
-        area = None if self.area is None else float(act_on_areas(element, self.area))
+        area = None if self.area is None else act_on_area(element, self.area)
         return replace(self, code=code, representative=least, coordinates=coordinates, area=area)
 
     def __eq__(self, other: object) -> bool:

@@ -25,7 +25,7 @@ from orbitdb.store.sqlite import cursor_of, path_of
 from orbitdb.store.tables import BORN
 from orbitdb.store.views import classes, life
 from orbitdb.symbols.pruning import count_admissible
-from orbitdb.symbols.symmetry import SymmetryClass, act_on_areas, class_of, image_coordinates
+from orbitdb.symbols.symmetry import SymmetryClass, act_on_area, class_of, image_coordinates
 from orbitdb.symbols.words import MAX_KEYED, from_strings, key, keys_of_period, word_of
 from orbitdb.text import format_float
 
@@ -98,7 +98,7 @@ def _image(word: str, family: SymmetryClass, stored: Mapping[str, Any], a: float
     row = {name: value for name, value in stored.items() if name != "cycle"}
     coordinates = None
     if row["area"] is not None:
-        row["area"] = float(act_on_areas(family.element, row["area"]))
+        row["area"] = act_on_area(family.element, row["area"])
     if row["coordinates"] is not None:
         least = np.frombuffer(row["coordinates"], dtype="<f8")[None, :]
         coordinates = image_coordinates([word], [family.representative], family.element, least)[0]
@@ -302,6 +302,8 @@ def area_slopes_of(connection: Connection, a: float, rows: Mapping[str, Sequence
 WITH_ORBITS = ("fill", "sweep", "orbit")
 """The tables that have rows at each a with orbits or sweeps."""
 
+_WITH_LEVELS = select(t.level_fill.c.a).distinct().order_by(t.level_fill.c.a)
+
 
 def a_values(connection: Connection, tables: Sequence[str] = ()) -> list[float]:
     """Return the stored values of a in order; with `tables`, only those with rows in one of them."""
@@ -321,8 +323,7 @@ def with_data(connection: Connection) -> list[float]:
 
     They are those with periods, single words or sweeps; if there are none, those with quantum levels.
     """
-    fills = select(t.level_fill.c.a).distinct().order_by(t.level_fill.c.a)
-    return a_values(connection, WITH_ORBITS) or list(connection.scalars(fills))
+    return a_values(connection, WITH_ORBITS) or list(connection.scalars(_WITH_LEVELS))
 
 
 def default_a(connection: Connection) -> float:

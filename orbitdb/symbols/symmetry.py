@@ -104,9 +104,9 @@ def act_on_coordinates(element: int, words: Words, coordinates: Floats) -> Float
     return image[:, ::-1] if element & REVERSE else image
 
 
-def act_on_areas(elements: int | NDArray[np.uint8], areas: float | Floats) -> Floats:
-    """Return the areas that the images of orbits under elements enclose."""
-    return np.where(np.isin(elements, ODD), 0.0 - areas, areas)  # not -areas, so that 0 has no sign
+def act_on_area(element: int, area: float) -> float:
+    """Return the area that the image of an orbit under an element encloses."""
+    return 0.0 - area if element in ODD else area  # not -area, so that 0 has no sign
 
 
 def encloses_nothing(stabilisers: Masks) -> NDArray[np.bool_]:
