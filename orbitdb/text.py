@@ -173,9 +173,8 @@ def as_options(criteria: Mapping[str, Any]) -> list[str]:
         option = f"--{name.replace('_', '-')}"
         match value:
             case dict():
-                words += [
-                    word for pair in value.items() for word in ("--parameter", "=".join(map(str, pair)))
-                ]
+                named = (f"{name}={_as_parameter(each)}" for name, each in value.items())
+                words += [word for pair in named for word in ("--parameter", pair)]
             case tuple():
                 low, high = ("" if bound is None else format_float(bound) for bound in value)
                 words += ["--range", f"{name}={low}:{high}"]
@@ -184,6 +183,14 @@ def as_options(criteria: Mapping[str, Any]) -> list[str]:
             case _:
                 words += [option, _as_word(value)]
     return words
+
+
+def _as_parameter(value: str | float) -> str:
+    """Return a value as ``--parameter`` reads it: digits alone could be a word or a number."""
+    if not isinstance(value, str):
+        return f"{value:+}" if isinstance(value, int) else repr(value)
+    is_plain = value == value.strip("'\" \t\n") and not _REAL.fullmatch(value)
+    return value if is_plain else f"'{value}'"
 
 
 def _as_word(value: str | float) -> str:

@@ -38,21 +38,22 @@ def read_classes(connection: Connection, selection: Selection, texts: Sequence[s
 
     `texts` may name ``symmetry`` and ``representative``, to read them, too.
     """
-    selection = _of_orbits(selection)
-    if without := [status for status in selection.statuses if status not in EXISTING]:
-        raise SelectionError(
-            f"only orbits (and boundary) have averages and lengths: leave out status {', '.join(without)}"
-        )
+    selection = of_orbits(selection)
     names = ("p", WORDS, "length", "lyapunov", "walls", "class_size", *texts)
     found = arrays_of(connection, Words(selection, by_class=True), names)
     with readable(f"a row of {selection.describe()}"):
         return OrbitClasses(**{name: found[name] for name in names}, number=found["id"])
 
 
-def _of_orbits(chosen: Selection) -> Selection:
-    """Return the selection of orbits alone, unless some statuses were chosen."""
+def of_orbits(chosen: Selection) -> Selection:
+    """Return the selection of orbits, unless statuses were chosen; raise if these have no lambda."""
     orbits = (Status.ORBIT,)
-    return chosen.preferring(orbits) if chosen.statuses else replace(chosen, statuses=orbits)
+    chosen = chosen.preferring(orbits) if chosen.statuses else replace(chosen, statuses=orbits)
+    if without := [status for status in chosen.statuses if status not in EXISTING]:
+        raise SelectionError(
+            f"only orbits (and boundary) have averages and lengths: leave out status {', '.join(without)}"
+        )
+    return chosen
 
 
 @dataclass(frozen=True)
@@ -219,7 +220,7 @@ def read_complete_periods(
     If `swept` and all orbits are chosen, include swept periods without rows. If `lower`, include the periods
     below the chosen ones.
     """
-    chosen = _of_orbits(chosen)
+    chosen = of_orbits(chosen)
     wide = with_lower(chosen) if lower else chosen
     coverage = Coverage(connection, wide)
     unborn = tuple(coverage.without_births())

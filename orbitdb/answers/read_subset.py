@@ -27,13 +27,14 @@ def read_subset(
     arrays.setdefault(WORDS, np.ones(size, np.int64))
     number = size if limit is None else count(connection, selection, by_class)
     coverage, total = Coverage(connection, selection), None if size == number else number
+    unborn = coverage.without_births()
     missing = coverage.unfilled() or coverage.lacking_births()
     subset = Subset(
         selection,
         **arrays,
         unfilled=missing,
         notes=tuple(coverage.gaps(ARRAY_FIELDS, order)),
-        filled=tuple(coverage.filled),
+        filled=tuple(p for p in coverage.filled if p not in unborn),
         total=total,
         path=path_of(connection),
         by_class=by_class,

@@ -81,7 +81,8 @@ class Subset(Table, Drawn):
     notes : tuple of str
         Which a was taken if none was named, and what is missing: partial or unfilled periods, and births.
     filled : tuple of int
-        The chosen periods that are completely filled; averages use only these.
+        The chosen periods that are completely filled, and whose births are stored if the choice depends on
+        them; averages use only these.
     total : int or None
         Number of all chosen words if the subset is only a part of them, else None.
     path : Path or None
@@ -378,16 +379,16 @@ class Subset(Table, Drawn):
 
     def _whole(self) -> "CompletePeriods":
         """Return the orbits of the completely filled periods, each as a class with a single word."""
-        from orbitdb.answers.complete_periods import CompletePeriods
+        from orbitdb.answers.complete_periods import CompletePeriods, of_orbits
         from orbitdb.orbits.exponents import OrbitClasses
 
         self._need_words()
-        rows = np.flatnonzero((self.status == Status.ORBIT.value) & np.isin(self.p, self.filled))
+        chosen = of_orbits(self.selection)
+        rows = np.flatnonzero(np.isin(self.status, chosen.statuses) & np.isin(self.p, self.filled))
         number = np.array([key(word) for word in self.representative[rows].tolist()], dtype=np.int64)
         length, lyapunov, walls = self.length[rows], self.lyapunov[rows], self.walls[rows]
         with readable(f"a row of {self.selection.describe()}"):
             classes = OrbitClasses(self.p[rows], np.ones_like(rows), length, lyapunov, walls, number=number)
-        chosen = replace(self.selection, statuses=self.selection.statuses or (Status.ORBIT,))
         return CompletePeriods(chosen, chosen, self.filled, classes=classes, part=self.total is not None)
 
     def _need_words(self) -> None:

@@ -109,6 +109,31 @@ def test_missing_numbers_of_a_data_frame_are_nan(catalogue):
     assert catalogue.select(p=4).to_pandas()["dies"].dtype == float
 
 
+@pytest.mark.parametrize(
+    "criteria", [{"status": "orbit,boundary"}, {"exists": 1.0}, {"where": "born is null"}, {"born": (0, 0.6)}]
+)
+def test_a_subset_has_the_entropies_and_averages_of_the_catalogue(criteria, varied, tmp_path):
+    """Also at an a with orbits through joints, and if births are stored for some of its periods."""
+    shutil.copy(varied, tmp_path / "orbits.db")
+    catalogue = Catalogue(tmp_path / "orbits.db", 1.0)
+    catalogue.fill_births(5)
+    subset = catalogue.select(**criteria)
+    for found, expected in (
+        (subset.entropy(), catalogue.entropy(**criteria)),
+        (subset.averages(), catalogue.lyapunov(**criteria)),
+    ):
+        for name, values in found.columns.items():
+            assert values == [value if value is None else pytest.approx(value) for value in expected[name]]
+
+
+def test_averages_of_words_that_are_no_orbits_are_refused(varied):
+    catalogue, told = Catalogue(varied, 1.0), "leave out status dynamical"
+    with pytest.raises(InputError, match=told):
+        catalogue.lyapunov(status="dynamical")
+    with pytest.raises(InputError, match=told):
+        catalogue.select(status="dynamical").averages()
+
+
 def test_a_subset_says_whose_births_are_not_stored(catalogue):
     subset = catalogue.select(p="2-3")
     assert (subset.born != subset.born).all()

@@ -34,6 +34,13 @@ VIEWS = [
         Selection.from_criteria(a=1.6, where="length < :most -- 'short'", parameters={"most": 12}),
         Ordering("code"),
     ),
+    View(
+        Selection.from_criteria(
+            a=1.6,
+            where="code <> code(:word) and p / :two >= 1.5 and p < :most and status <> :status",
+            parameters={"word": "13", "two": 2.0, "most": 5, "status": "it's '02'"},
+        )
+    ),
     View(Selection.from_criteria(a=1.6, status="geometric"), Ordering("code", True)),
     View(Selection.from_criteria(a=1.6, without=["02", "31"], walls=2, quarter_length=(3, 9))),
     View(Selection.from_criteria(a=1.6, p="2-5", margin=(0, 0.5))),
