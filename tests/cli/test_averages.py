@@ -7,7 +7,6 @@ import math
 import re
 import sqlite3
 from contextlib import closing
-from dataclasses import asdict
 from typing import Any
 
 import pytest
@@ -112,7 +111,7 @@ def test_a_simulation_that_cannot_be_stored_is_shown(cli, filled, monkeypatch):
 
     monkeypatch.setattr(Catalogue, "keep", fail)
     done = cli("simulate", "--bounces", "2000", "--seed", "7", "--json", "--db", str(filled))
-    assert (done.code, json.loads(done.out)) == (3, [asdict(simulate(Stadium(1.6), 2000, 7))])
+    assert (done.code, json.loads(done.out)) == (3, [simulate(Stadium(1.6), 2000, 7).row()])
 
 
 def test_simulated_exponents_are_stored_and_shown_beside_averages(filled, cli):
@@ -123,14 +122,14 @@ def test_simulated_exponents_are_stored_and_shown_beside_averages(filled, cli):
         assert done.code == 0
         if "--seed" in arguments:
             (row,) = json.loads(done.out)
-            assert row == asdict(best)
+            assert row == best.row()
     first, _ = kept = stored(filled)
     assert len(kept) == 2
     ((asked,),) = ask(filled, f"SELECT parameters FROM run WHERE id = {first['run']}")
     told = {name: json.loads(asked)[name] for name in ("command", "a", "bounces", "seed")}
     assert told == {"command": "simulate", "a": 1.6, "bounces": best.bounces, "seed": 7}
     kept_numbers = {**first, "a": 1.6, "seed": int(first["seed"])}
-    assert {name: kept_numbers[name] for name in asdict(best)} == asdict(best)
+    assert {name: kept_numbers[name] for name in best.row()} == best.row()
     told = cli("lyapunov", "--p", "2-3", "--json", "--db", str(filled))
     for row in json.loads(told.out):
         for name in ("lambda_d", "lambda_d_error", "lambda_c", "lambda_c_error"):

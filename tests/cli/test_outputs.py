@@ -108,7 +108,7 @@ def filled(catalogue: Catalogue) -> Columns:
 def records(found: Any, names: dict[str, str] | None = None) -> Columns:
     """Return columns from dataclasses, renamed if names are given."""
     listed = list(found)
-    shown = names or {field.name: field.name for field in fields(listed[0])}
+    shown = names or {field.name: field.name for field in fields(listed[0]) if field.name != "on_a"}
     return {name: plain([getattr(each, field) for each in listed]) for name, field in shown.items()}
 
 
