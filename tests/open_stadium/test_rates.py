@@ -56,7 +56,7 @@ def test_rates_of_the_hole_in_the_middle():
     [
         (1, ["left:0.2:0.7"], []),  # one step at a time would be wrong here
         pytest.param(0.5, ["bottom:-0.1:0.3", "right:1:"], [], marks=pytest.mark.fuzz),
-        (1, ["top:0:0.2"], ["131"]),
+        pytest.param(1, ["top:0:0.2"], ["131"], marks=pytest.mark.fuzz),
     ],
 )
 def test_rate_per_leg_is_the_simulated_one(a, opening, without):

@@ -116,7 +116,9 @@ def whole(known, made_once) -> Catalogue:
 
 QUICK = {"orbit", "births"}
 CASES = [
-    pytest.param(name, width, marks=[] if name in QUICK and width < 4 else pytest.mark.slow)
+    pytest.param(
+        name, width, marks=pytest.mark.fuzz if width > 4 else [] if name in QUICK else pytest.mark.slow
+    )
     for name in NAMES
     if name != "assess"  # which needs more orbits: it has a test of its own
     for width in COLUMNS

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from quick import fuzz_but
 from there import there
 
 from orbitdb import Catalogue, levels, solve_word
@@ -42,7 +43,7 @@ def test_lengths_at_a_1(code):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("published", LEVELS)
+@pytest.mark.parametrize("published", fuzz_but([100.192329], LEVELS))
 def test_levels_near_k_100(published):
     found = levels(1.0, (published - 0.003, published + 0.003), parity=["oo"])
     assert len(found.k) == 1

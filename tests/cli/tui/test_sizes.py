@@ -5,8 +5,8 @@ from quick import fuzz_but
 from screens import browsing
 
 KEYS = ("O", "s", "ctrl+p", "C", "f", "question_mark", "e", "c")
-IN_CI = ((4, 5), (6, 24), (40, 1))
-OTHERS = ((1, 1), (2, 3), (3, 24), (5, 2), (7, 1))
+IN_CI = ((4, 5),)
+OTHERS = ((1, 1), (2, 3), (3, 24), (5, 2), (6, 24), (7, 1), (40, 1))
 
 
 @pytest.mark.slow
