@@ -54,8 +54,9 @@ _FITTED = 5000
 """Number of the last level beyond which no other radius is tried: too many scales fit one after another."""
 _MOST_NOISE, _MUCH_NOISE = 0.5, 0.1
 """Largest scatter of levels, in mean spacings, and the scatter from which on a wrong radius may be missed."""
-_MANY_MISSING = 0.15
-"""Share of missing levels above which a list may not belong to the stadium."""
+_MANY_MISSING, _MANY_NEAR = 0.15, 0.2
+"""Share of missing levels above which a list may not belong to the stadium; in a crowded list, the number
+missing or too many within the resolution of the orbits."""
 _LARGEST_ERROR = 0.005
 """Largest relative error of a radius."""
 
@@ -186,12 +187,16 @@ def _doubts(assessment: Assessment, noise: float) -> list[str]:
             f"the {lowest} lowest levels are missing: if the list is meant to begin higher up, "
             "`catalogue.assess(k, window=True)` tells where"
         )
-    if assessment.window and (assessment.missing_share or 0.0) > _MANY_MISSING:
-        notes.append("with this many levels missing, a list from another stadium might fit as well")
-    if assessment.window and assessment.crowded and not assessment.short:
+    crowded = assessment.crowded and not assessment.short
+    near = assessment.resolved / 2 * abs(assessment.net) / max(assessment.total, 1)
+    many = near > _MANY_NEAR if crowded else (assessment.missing_share or 0.0) > _MANY_MISSING
+    if assessment.window and many:
+        which = "missing" if assessment.net > 0 else "too many"
+        notes.append(f"with this many levels {which}, a list from another stadium might fit as well")
+    if assessment.window and crowded:
         notes.append(
-            f"so high up, a radius that is wrong by 0.05 % can pass unnoticed, and shifts the numbers by "
-            f"{assessment.first / 1000:.0f}"
+            f"so high up, a radius that is wrong by 0.1 % can pass unnoticed, and shifts the numbers by "
+            f"{assessment.first / 500:.0f}"
         )
     return notes
 

@@ -25,9 +25,9 @@ _OF_GAPS, _OF_GAPS_MIXED, _OF_FIRST, _LEAST = 0.75, 0.5, 0.9, 0.5
 """Powers of the probabilities of the model, which is a little too certain: for named gaps, and those of
 lists of all parities; for the first number of a crowded list, where the search is less exact, at most and at
 least."""
-_BY_MISSING, _BY_SPURIOUS, _SOME = 2.0, 0.15, 0.004
-"""By how much the power for the first number is less: times the rate of missing levels; and if the rate of
-spurious ones is above the third number, because missing ones may hide beside them. All are from
+_BY_MISSING, _BY_HIDDEN, _SOME = 2.0, 0.15, 0.005
+"""By how much the power for the first number is less: times the rate of missing levels; and if missing and
+spurious levels are both more frequent than the third number, because they hide each other. All are from
 tests/benchmarks/bench_levels.py."""
 _MOST, _MOST_MIXED = 0.999, 0.98
 """Largest probability that is stated, because 300 paths tell no more; and for gaps in lists of all parities,
@@ -184,7 +184,9 @@ def conclude(judged: Judgement) -> Conclusions:
     missing, spurious = np.zeros(n, np.int64), np.zeros(n, bool)
     for each in found:
         missing[each.rows], spurious[each.between] = each.missing, each.spurious
-    firsts = _tempered(Counter(_firsts(paths.number).tolist()), _MOST, _power(judged))
+    lost, added = paths.missing.sum(axis=0), paths.spurious.sum(axis=0)
+    hidden = min(lost.mean(), added.mean()) / n > _SOME
+    firsts = _tempered(Counter(_firsts(paths.number).tolist()), _MOST, _power(judged, hidden))
     first = next(iter(firsts))
     number = np.where(spurious, 0, np.arange(n) + np.cumsum(missing) - np.cumsum(spurious))
     true = np.flatnonzero(~spurious)
@@ -198,8 +200,8 @@ def conclude(judged: Judgement) -> Conclusions:
         probability=np.minimum((paths.number == number[:, None]).mean(axis=1), _MOST),
         first=first,
         first_probability=firsts[first],
-        missing=paths.missing.sum(axis=0),
-        spurious=paths.spurious.sum(axis=0),
+        missing=lost,
+        spurious=added,
         whole=min(float(whole.mean()), _MOST),
     )
 
@@ -236,11 +238,11 @@ def _range(paths: _Paths, low: int, high: int, most: float, power: float, named:
     )
 
 
-def _power(judged: Judgement) -> float:
-    """Return the power of the probabilities of the first number."""
+def _power(judged: Judgement, hidden: bool) -> float:
+    """Return the power of the probabilities of the first number; some levels may be `hidden` by others."""
     if judged.compared.crowded[0] < CROWDED:
         return 1.0
-    less = _BY_MISSING * judged.rates.missing + _BY_SPURIOUS * (judged.rates.spurious > _SOME)
+    less = _BY_MISSING * judged.rates.missing + _BY_HIDDEN * hidden
     return max(_OF_FIRST - less, _LEAST)
 
 

@@ -64,11 +64,14 @@ def misfits(catalogue: Catalogue) -> None:
     rng = np.random.default_rng(3)
     for source in (exact(catalogue, *LIST), public()[0]):
         orbits = staircase_of(catalogue, source)
-        for length in (30, 60, 150, 300):
+        other = source._replace(k=made(catalogue, source.k[0], 800, Parity.EE))
+        for length in (30, 60, 150, 400):
             for kind in KINDS:
                 some = windows(rng, source, length, kind, 12)
                 show(source, orbits, f"{length} levels, {kind.name}", [window.k for window in some])
             whole = [window.k for window in windows(rng, source, length, KINDS[0], 12)]
+            foreign = windows(rng, other, length, KINDS[0], 12)
+            show(source, orbits, f"{length} levels of another parity", [window.k for window in foreign])
             show(source, orbits, f"{length} random numbers", [random_numbers(rng, k) for k in whole])
             show(source, orbits, f"{length} levels of random matrices", [matrix(rng, k) for k in whole])
             show(source, orbits, f"{length} levels, radius 0.1 % off", [k * 1.001 for k in whole])
@@ -110,7 +113,7 @@ def places(catalogue: Catalogue) -> None:
 
 def powers(catalogue: Catalogue) -> None:
     """Print calibrations with the probabilities of the model as they are, and with those that are stated."""
-    names = ("_OF_GAPS", "_OF_GAPS_MIXED", "_OF_FIRST", "_BY_MISSING", "_BY_SPURIOUS", "_MOST_MIXED")
+    names = ("_OF_GAPS", "_OF_GAPS_MIXED", "_OF_FIRST", "_BY_MISSING", "_BY_HIDDEN", "_MOST_MIXED")
     usual = [getattr(conclusions, name) for name in names]
     for values in ([1.0, 1.0, 1.0, 0.0, 0.0, 0.999], usual):
         for name, value in zip(names, values, strict=True):
@@ -141,14 +144,14 @@ def clocked(catalogue: Catalogue, name: str, k, window: bool = False) -> None:
     print(f"{name}: {time.process_time() - began:.2f} s; {found.verdict()}", flush=True)
 
 
-def made(catalogue: Catalogue, low: float, count: int):
+def made(catalogue: Catalogue, low: float, count: int, parity: Parity = Parity.OO):
     """Return a made-up list: the staircase from the orbits, with the spacings of random matrices.
 
     What random matrices add to the staircase beyond the resolution of the orbits is taken away.
     """
-    smooth = weyl(Stadium(1.0), Parity.OO)
+    smooth = weyl(Stadium(1.0), parity)
     high = wavenumber(smooth, max(smooth(low), 0.0) + count)
-    orbits = staircase_of(catalogue, Source(1.0, Parity.OO, np.array([max(low, 1.0), high]), 0))
+    orbits = staircase_of(catalogue, Source(1.0, parity, np.array([max(low, 1.0), high]), 0))
     numbers = np.arange(max(math.ceil(orbits.count[0][0]), 0), orbits.count[0][-1]) + 0.5
     rng, blocks = np.random.default_rng(1), np.array_split(numbers, math.ceil(len(numbers) / 200))
     off = np.concatenate([matrix(rng, block) for block in blocks]) - numbers

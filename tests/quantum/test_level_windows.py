@@ -36,7 +36,8 @@ def test_a_window_at_776_is_judged_though_its_gaps_have_no_names(published):
     assert f"levels are missing among these {len(lost)}" in cells.verdict()
     assert "the orbits tell their number to within about 23 levels" in cells.verdict()
     assert "its neighbours are possible): " in cells.verdict()
-    assert any("0.05 %" in note for note in cells.notes)
+    assert "with this many levels missing, a list from another stadium might fit as well" in cells.notes
+    assert any("0.1 %" in note for note in cells.notes)
 
 
 @pytest.mark.slow
@@ -88,6 +89,19 @@ def test_the_published_levels_near_770_are_complete_and_have_the_known_statistic
     for refused in ((760, 777), (771, 779)):
         with pytest.raises(InputError, match=r"the levels have k from 770\.001 to 777\.999"):
             catalogue.spectrum(levels=k, window=True, parity="oo", k=refused)
+
+
+@pytest.mark.slow
+def test_the_page_says_what_the_published_levels_give(tmp_path):
+    catalogue = Catalogue.create(tmp_path / "orbits.db", 1.0)
+    catalogue.fill("2-12")
+    k = read_levels(PUBLIC)
+    found = catalogue.assess(k, parity="oo", window=True)
+    misfit = there(catalogue.spectrum((3, 13), levels=k, window=True, parity="oo").misfit)
+    page = " ".join((PUBLIC.parents[2] / "docs" / "spectrum.md").read_text(encoding="utf-8").split())
+    assert f"begin with level 83 898 (P {found.first_probability:.3g}), and none is missing" in page
+    assert (found.first, found.gaps) == (83898, [])
+    assert f"|quantum − orbits| / |quantum| of {misfit:.3f} (periods up to 12)" in page
 
 
 @pytest.mark.slow
