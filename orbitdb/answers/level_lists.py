@@ -275,7 +275,7 @@ def _others(
 
 
 def _fits_elsewhere(connection: Connection, a: float, parity: Parity | None, k: Floats, window: bool) -> bool:
-    """Return whether a list clearly fits another stadium or parity."""
+    """Return whether a list clearly fits another stadium or parity, without many missing levels."""
     stadium = Stadium(a)
     try:
         check_levels(k, stadium, parity, window, least=1)
@@ -283,7 +283,8 @@ def _fits_elsewhere(connection: Connection, a: float, parity: Parity | None, k: 
     except InputError:
         return False
     orbits = orbits_for(stadium, classes, parity, k, window, period=period)
-    return judge(compare(k, orbits, stadium, parity, window)).misfit < _CLEARLY * FITS
+    judged = judge(compare(k, orbits, stadium, parity, window))
+    return judged.misfit < _CLEARLY * FITS and judged.rates.missing < _MANY_MISSING
 
 
 def assessed(

@@ -71,6 +71,17 @@ def test_lists_that_cannot_fit_at_770_are_refused_with_a_sentence(published):
 
 
 @pytest.mark.slow
+def test_random_numbers_do_not_fit_a_stadium_with_many_more_levels(tmp_path):
+    catalogue = Catalogue.create(tmp_path / "orbits.db", 1.0)
+    catalogue.fill("2-10")
+    catalogue.fill("2-10", a=1.4)
+    k = np.sort(np.random.default_rng(4).uniform(150, 158.7, 400))
+    found = catalogue.assess(k, parity="oo", window=True)
+    assert not found.fits
+    assert not any("they fit a =" in note for note in found.notes)
+
+
+@pytest.mark.slow
 def test_the_published_levels_near_770_are_complete_and_have_the_known_statistics(published):
     catalogue, k = published
     found = catalogue.assess(k, parity="oo", window=True)
