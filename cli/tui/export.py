@@ -21,7 +21,7 @@ from orbitdb.errors import InputError
 from orbitdb.orbits.orbit import Orbit
 from orbitdb.output_files import FIGURES, FORMATS, atomic_file
 from orbitdb.plots.registry import load_function
-from orbitdb.plots.svg import orbit_svg
+from orbitdb.svg import orbit_svg
 from orbitdb.text import format_float
 
 _WIDTH = 800

@@ -119,7 +119,7 @@ def _page(subset: Subset, provenance: Mapping[str, Any]) -> str:
 
 
 def _text(name: str) -> str:
-    return (files(__package__) / name).read_text(encoding="utf-8")
+    return (files(__package__) / "templates" / name).read_text(encoding="utf-8")
 
 
 def _title(subset: Subset) -> str:

@@ -183,7 +183,7 @@ def _write_tables(draft: Path, tables: Iterable[TableFile], total: int, tell: Te
 def _write_texts(draft: Path, selection: str, version: str) -> list[Resource]:
     """Write the README, the licence and the citation; return the descriptions of the files."""
     for name in _TEXTS:
-        text = (files(__package__) / f"dataset-{name}").read_text(encoding="utf-8")
+        text = (files(__package__) / "templates" / f"dataset-{name}").read_text(encoding="utf-8")
         marks = {"SELECTION": selection, "VERSION": version, "PROGRAM": __version__, "CITE": CITE}
         for mark, value in marks.items():
             text = text.replace(f"@{mark}@", value)
@@ -213,7 +213,7 @@ def _others(connection: Connection, chosen: Sequence[Selection], filled: set[int
         counts += _by_period(table(connection, every), _COUNTS, at_a)
         averages += _by_period(lyapunov(connection, every), _AVERAGES, at_a)
         if (ensemble := best_reference(connection, at_a.a)) is not None:
-            ensembles.append(astuple(ensemble))
+            ensembles.append(tuple(ensemble.row().values()))
         if (proved := tightest_bounds(connection, at_a.a)) is not None:
             bounds.append(tuple(proved.row().values()))
         levels += _levels(connection, at_a.a)

@@ -195,8 +195,8 @@ def _doubts(assessment: Assessment, noise: float) -> list[str]:
         notes.append(f"with this many levels {which}, a list from another stadium might fit as well")
     if assessment.window and crowded:
         notes.append(
-            f"so high up, a radius that is wrong by 0.1 % can pass unnoticed, and shifts the numbers by "
-            f"{assessment.first / 500:.0f}"
+            f"so high up, a radius that is wrong by 0.05 % can pass unnoticed, and shifts the numbers by "
+            f"{assessment.first / 1000:.0f}"
         )
     return notes
 

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
-from importlib import import_module
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +23,7 @@ from orbitdb.orbits.orbit import Orbit
 from orbitdb.orbits.status import EXISTING
 from orbitdb.selection import Selection
 from orbitdb.store.lookup import Life
+from orbitdb.svg import orbit_svg
 from orbitdb.text import format_float, shortened
 
 if TYPE_CHECKING:
@@ -208,10 +208,7 @@ def html_of_orbits(title: str, orbits: Sequence[Orbit], total: int) -> str:
 
 def _cells(orbit: Orbit) -> list[str]:
     points = orbit.points if orbit.status in EXISTING and orbit.p <= MOST_BOUNCES else None
-    svg = import_module("orbitdb.plots.svg")
-    picture = (
-        "" if points is None else svg.orbit_svg(Stadium(orbit.a), points, orbit.code, orbit.code, _PICTURE)
-    )
+    picture = "" if points is None else orbit_svg(Stadium(orbit.a), points, orbit.code, orbit.code, _PICTURE)
     numbers = ((orbit.length, 7), (orbit.lyapunov, 7), (orbit.lambda_d, 6), (orbit.lambda_c, 6))
     texts = [shortened(orbit.code), str(orbit.p), orbit.status,
              *("" if value is None else f"{value:.{digits}f}" for value, digits in numbers),

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from orbitdb.display import Drawn
 from orbitdb.errors import InputError
 from orbitdb.magnetic.action import area_slopes
 from orbitdb.orbits.status import Status
+from orbitdb.svg import MOST_BOUNCES, orbit_svg
 from orbitdb.symbols.plane import symbol_plane
 from orbitdb.symbols.pruning import FAMILY, rule_numbers, rules_broken
 from orbitdb.symbols.symmetry import (
@@ -343,11 +343,10 @@ class Orbit(Drawn):
 
     def _repr_svg_(self) -> str | None:
         """Return the orbit as SVG for notebooks; None if there is no orbit or it is very long."""
-        svg = import_module("orbitdb.plots.svg")
-        if self.points is None or self.p > svg.MOST_BOUNCES:
+        if self.points is None or self.p > MOST_BOUNCES:
             return None
         title = f"The orbit {self.code} at a = {format_float(self.a)}"
-        return svg.orbit_svg(Stadium(self.a), self.points, self.code, title)
+        return orbit_svg(Stadium(self.a), self.points, self.code, title)
 
     _FIGURES = ("orbit",)
 

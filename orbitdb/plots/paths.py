@@ -30,7 +30,7 @@ from orbitdb.plots.style import (
     width_or,
     wrapped,
 )
-from orbitdb.plots.svg import MOST_LABELLED, symbol_labels
+from orbitdb.svg import MOST_LABELLED, symbol_labels
 
 _MOST_MARKED = 60
 _MOST_ARROWS = 12

@@ -30,9 +30,6 @@ _BEAM, _WIDE_BEAM = Beam(18.0, 300), Beam(120.0, 3000)
 _LEAST_TAU2, _WIDER_FROM, HOPELESS = 1.5, 0.6, 2.0
 """Least variance of the deviations, and the misfits between which the beam is widened: a lost path is the
 main cause of false certainty."""
-_COMMON = 0.015
-"""Largest rates of the second pass over a crowded list, from tests/benchmarks/bench_levels.py: with 0.02, the
-levels of another parity fit; with 0.01, some lists with missing and spurious levels do not."""
 _LONG = 3000
 """Number of levels of a list beyond which the search makes one pass and keeps fewer paths."""
 _LONG_BEAM = Beam(12.0, 100)
@@ -58,13 +55,12 @@ class Judgement:
 def judge(compared: Comparison) -> Judgement:
     """Number the levels; estimate the rates in at most three passes.
 
-    The misfit is that of the first passes, whose rates are limited: adapted to a list that does not belong to
-    the stadium, they explain everything by missing and spurious levels.
+    The misfit is that of the first passes, with given rates: adapted to a list that does not belong to the
+    stadium, they explain everything by missing and spurious levels.
     """
     if len(compared.k) > _LONG:
         return _judge_long(compared)
-    first = _first_of_crowded if compared.crowded[0] > CROWDED else _first
-    judged, beam = first(compared, _first_rates(compared))
+    judged, beam = _first(compared, _first_rates(compared))
     misfit = judged.misfit
     if misfit > FITS:
         return judged
@@ -87,21 +83,6 @@ def _first(compared: Comparison, rates: Rates) -> tuple[Judgement, Beam]:
     # it is now known where the places of missing levels are uncertain; new rates would explain anything
     again = _once(compared, rates, _WIDE_BEAM, judged)
     return replace(again, misfit=min(judged.misfit, again.misfit)), _WIDE_BEAM
-
-
-def _first_of_crowded(compared: Comparison, rates: Rates) -> tuple[Judgement, Beam]:
-    """Return the same for a crowded list.
-
-    Missing and spurious levels that hide each other do not show in the first rates, so a second pass has
-    those that are found, up to `_COMMON`.
-    """
-    judged = _once(compared, rates, _BEAM)
-    if judged.misfit <= _WIDER_FROM:
-        return judged, _BEAM
-    found = judged.rates
-    common = Rates(min(found.missing, _COMMON), min(found.spurious, _COMMON))
-    again = _once(compared, common, _BEAM, judged)
-    return replace(again, misfit=min(judged.misfit, again.misfit)), _BEAM
 
 
 def _first_rates(compared: Comparison) -> Rates:

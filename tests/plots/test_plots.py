@@ -18,7 +18,7 @@ from orbitdb.answers.lyapunov import AVERAGES
 from orbitdb.answers.results import Result
 from orbitdb.plots import paths, style
 from orbitdb.plots.averages import compare_exponents
-from orbitdb.plots.svg import symbol_labels
+from orbitdb.svg import symbol_labels
 
 WORDS = ["13", "1232131", "010232", "111333", "11133"]
 SVG = "{http://www.w3.org/2000/svg}"

@@ -71,14 +71,6 @@ def test_statements_about_published_windows_at_770_are_as_often_right_as_they_sa
     assert len(tally.rows) <= 5 if kind is KINDS[0] else holds(tally.rows, (0.1, 0.15))
 
 
-@pytest.mark.slow
-def test_missing_and_spurious_levels_at_770_do_not_make_a_list_refused(catalogue):
-    tally, rng, source = Tally(), np.random.default_rng(1992), public()[1]
-    tally.measure(staircase_of(catalogue, source), windows(rng, source, 400, KINDS[-1], 8))
-    assert tally.refused == 0
-    assert all(tally.within)
-
-
 def test_windows_lack_inner_levels_and_have_others():
     k = np.arange(1.0, 101.0)
     window = next(windows(np.random.default_rng(1), Source(1.6, None, k, 7), 50, Kind("", 0.1, 0.04), 1))

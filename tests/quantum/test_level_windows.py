@@ -37,7 +37,7 @@ def test_a_window_at_776_is_judged_though_its_gaps_have_no_names(published):
     assert "the orbits tell their number to within about 23 levels" in cells.verdict()
     assert "its neighbours are possible): " in cells.verdict()
     assert "with this many levels missing, a list from another stadium might fit as well" in cells.notes
-    assert any("0.1 %" in note for note in cells.notes)
+    assert any("0.05 %" in note for note in cells.notes)
 
 
 @pytest.mark.slow
