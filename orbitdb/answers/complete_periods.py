@@ -32,6 +32,9 @@ from orbitdb.store.sqlite import Connection
 from orbitdb.store.tables import readable
 from orbitdb.symbols.words import packed, unpack
 
+_WITH_LAMBDA = tuple(map(Status, EXISTING))
+"""The statuses of orbits that have a length and lambda."""
+
 
 def read_classes(connection: Connection, selection: Selection, texts: Sequence[str] = ()) -> OrbitClasses:
     """Return the chosen classes that have a length and lambda (`Catalogue.classes`).
@@ -247,7 +250,7 @@ def read_noted(
     empty = {*subset.classes.p.tolist(), *subset.swept}.isdisjoint(subset.shown)
     coverage = Coverage(connection, subset.selection)
     notes += coverage.gaps(swept=subset.swept, left_out=True)
-    notes += filter(None, ["" if not empty else coverage.nothing(bool(subset.swept))])
+    notes += filter(None, [coverage.nothing(bool(subset.swept), _WITH_LAMBDA) if empty else ""])
     return None if empty else subset
 
 

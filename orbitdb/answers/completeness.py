@@ -147,8 +147,12 @@ class Coverage:
             lines += [self.unfilled(counted), self.lacking_births(names, order)]
         return [line for line in lines if line]
 
-    def nothing(self, swept: bool = False) -> str:
-        """Return a message that the subset is empty, or '' if `gaps` says that none of it is stored."""
+    def nothing(self, swept: bool = False, answerable: tuple[Status, ...] = ()) -> str:
+        """Return a message that the subset is empty, or '' if `gaps` says that none of it is stored.
+
+        If words of other statuses fulfil the criteria, it says how to choose them; `answerable` are the
+        statuses that the question is about, by default every one.
+        """
         chosen = self.chosen
         if chosen.statuses == (Status.GEOMETRIC,):
             return "" if self._pruned_not_stored() else f"no {chosen.describe()}"
@@ -165,9 +169,9 @@ class Coverage:
             hint = (
                 f"; {shortened(chosen.contains)} breaks rule {rules}: only geometrically pruned words have it"
             )
-        if chosen.statuses and (others := count(self.connection, replace(chosen, statuses=()))):
-            are = "is" if others == 1 else "are"
-            hint = f"; there {are} {several(others, 'word')} of other statuses (`status='all'`){hint}"
+        if chosen.statuses and (others := count(self.connection, replace(chosen, statuses=answerable))):
+            are, named = "is" if others == 1 else "are", ",".join(answerable) or "all"
+            hint = f"; there {are} {several(others, 'word')} of other statuses (`status='{named}'`){hint}"
         return f"no {chosen.describe()}{' among the stored words' if lacking else ''}{hint}"
 
     def _check_rows(self) -> None:

@@ -4,6 +4,7 @@ Geometrically pruned words have no class; they are found only if the selection n
 """
 
 import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
@@ -264,7 +265,9 @@ def _blocks(
         with t.readable(f"a row of {words.selection.describe()}"):
             read = dict(zip(listed, zip(*block, strict=True), strict=True))
             columns = [_column(connection, words.selection.a, name, read) for name in names]
+        fetched = time.monotonic()
         yield columns
+        patience.deadline += time.monotonic() - fetched
 
 
 def _column(

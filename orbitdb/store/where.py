@@ -186,6 +186,9 @@ def check(where: str, parameters: Parameters) -> Reads:
 _STRICT = {"and", "or", "not", "in", "between", "like", "glob", "abs", "length", "substr", "lower", "upper"}
 """Words in an expression through which an unknown value leads to NULL, unless no value could matter."""
 
+_RANDOM = {"random", "randomblob"}
+"""Functions whose value differs from row to row."""
+
 
 def may_hold(where: str, parameters: Parameters, known: Parameters, unknown: Collection[str]) -> bool:
     """Tell whether an expression may hold for rows of which some columns are known, and others are not.
@@ -193,10 +196,10 @@ def may_hold(where: str, parameters: Parameters, known: Parameters, unknown: Col
     All further columns are NULL, as unknown ones are in SQL: then SQLite answers NULL if these matter.
     """
     reads, stage, patience = check(where, parameters), _stage(), Patience()
-    depends = not reads.columns.isdisjoint(unknown)
-    if reads.queries > 1 or (
-        depends and not names_in(where) <= _STRICT.union(_COLUMNS, ["catalogue", "contains"])
-    ):
+    depends, names = not reads.columns.isdisjoint(unknown), names_in(where)
+    if reads.queries > 1 or names & _RANDOM:
+        return True
+    if depends and not names <= _STRICT.union(_COLUMNS, ["catalogue", "contains"]):
         return True
     row = ", ".join(f"{known[name]!r} AS {name}" if name in known else f"NULL AS {name}" for name in _COLUMNS)
     with watched(stage, patience, where):

@@ -14,6 +14,7 @@ from processes import start, wait_until_ready
 from orbitdb.catalogue import Catalogue
 from orbitdb.errors import SelectionError
 from orbitdb.selection import Selection
+from orbitdb.store import select
 from orbitdb.store import where as asking
 from orbitdb.store.file import reading
 
@@ -121,6 +122,19 @@ def test_every_use_is_stopped_in_time(own, monkeypatch, use):
     with pytest.raises(SelectionError, match=r"more than 0\.02 s"):
         uses[use]()
     assert catalogue.count(Selection()) > 300  # the connection still works
+
+
+def test_time_between_blocks_of_rows_does_not_count(own, monkeypatch):
+    """SQLite looks at the clock, which is the test's, while it finds each block."""
+    clock = [0.0]
+    for module in (asking, select):
+        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    monkeypatch.setattr(asking, "STEPS_BETWEEN_LOOKS", 100)
+    monkeypatch.setattr(select, "ROWS", 50)
+    count = 0
+    for count, _ in enumerate(Catalogue(own).rows(where="length > 0"), 1):
+        clock[0] += 3600
+    assert count > 150
 
 
 @pytest.mark.parametrize("name", ["interrupted", "prohibited", "'not authorized'.x"])

@@ -55,3 +55,19 @@ def test_names_in_texts_comments_and_values_do_not_choose_statuses(varied):
 @pytest.mark.parametrize("criteria", [{"time_reversal": "self"}, {"symmetry": "1"}, {"length": (0, 20)}])
 def test_no_pruned_words_are_missing_where_they_cannot_be_chosen(criteria, varied):
     assert not any("pruned" in note for note in Catalogue(varied, 1.0).rows(status="all", **criteria).notes)
+
+
+def test_a_random_condition_is_asked_of_every_word(varied):
+    catalogue = Catalogue(varied, 1.0)
+    every = catalogue.count(status="geometric")
+    for _ in range(10):
+        found = [*catalogue.rows(columns=("status",), status="all", where="random() < 0")]
+        assert 0 < found.count(("geometric",)) < every
+
+
+def test_averages_suggest_only_statuses_that_have_averages(varied):
+    catalogue = Catalogue(varied, 1.0)
+    asked = {"where": "status = 'boundary'"}
+    assert any("(`status='orbit,boundary'`)" in note for note in catalogue.entropy(**asked).notes)
+    assert catalogue.entropy(**asked, status="orbit,boundary")["N"][-1] == 6 * catalogue.count(**asked)
+    assert not any("other statuses" in note for note in catalogue.lyapunov(where="status like 'dyn%'").notes)
