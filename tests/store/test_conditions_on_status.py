@@ -67,7 +67,8 @@ def test_a_random_condition_is_asked_of_every_word(varied):
 
 def test_averages_suggest_only_statuses_that_have_averages(varied):
     catalogue = Catalogue(varied, 1.0)
-    asked = {"where": "status = 'boundary'"}
-    assert any("(`status='orbit,boundary'`)" in note for note in catalogue.entropy(**asked).notes)
-    assert catalogue.entropy(**asked, status="orbit,boundary")["N"][-1] == 6 * catalogue.count(**asked)
+    asked = "status = 'boundary'"
+    assert any("(`status='orbit,boundary'`)" in note for note in catalogue.entropy(where=asked).notes)
+    found = catalogue.entropy(where=asked, status="orbit,boundary")
+    assert found["N"][-1] == 6 * catalogue.count(where=asked)
     assert not any("other statuses" in note for note in catalogue.lyapunov(where="status like 'dyn%'").notes)
