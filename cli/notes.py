@@ -26,7 +26,7 @@ def be_quiet(quiet: bool) -> None:
 
 
 def is_quiet() -> bool:
-    """Return whether notes are left out, so that nothing need be found out for them."""
+    """Return whether --quiet was given, so that no work need be done for notes alone."""
     return _quiet
 
 

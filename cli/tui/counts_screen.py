@@ -192,9 +192,9 @@ class CountsScreen(OwnScreen[str | None]):
         return then.count(self._counted(column), by=[column])
 
     def _counted(self, column: str) -> Selection:
-        """Return the words to count by a column: those of every status if it is the status, as `count` does.
+        """Return the words to count by a column: for the status, those of every status, as `count` does.
 
-        If statuses were chosen, only these count.
+        If other statuses than the usual ones were chosen, only these are counted.
         """
         return self._selection.preferring(STORED) if column in OF_STATUS else self._selection
 

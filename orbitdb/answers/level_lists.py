@@ -298,7 +298,7 @@ def assessed(
 
 
 def lacking(found: Assessment | None) -> list[str]:
-    """Return what to say of a list beside something else; [] if it lacks nothing or orbits cannot tell."""
+    """Return the notes on a list for a result that uses it; [] if it lacks nothing or orbits cannot tell."""
     return [] if found is None else found.lacking()
 
 

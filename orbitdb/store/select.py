@@ -44,7 +44,7 @@ ROW_COLUMNS = (*views.VIEWED, WORDS, *_COMPUTED)
 """The columns that can be read: those of the view, the number of chosen words, and computed ones."""
 
 ROWS = 1 << 9
-"""Number of rows that are fetched at once; more of them leave the processor's cache and take longer."""
+"""Number of rows that are fetched at once; larger blocks take longer, as they do not fit in the cache."""
 
 ROW_KEY = np.dtype([("id", "i8"), ("element", "u1")])
 """What names a row: the id of its class or pruned word, and the element that leads to the word."""

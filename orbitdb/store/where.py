@@ -184,16 +184,17 @@ def check(where: str, parameters: Parameters) -> Reads:
 
 
 _STRICT = {"and", "or", "not", "in", "between", "like", "glob", "abs", "length", "substr", "lower", "upper"}
-"""Words in an expression through which an unknown value leads to NULL, unless no value could matter."""
+"""Operators and functions that return NULL for NULL, unless the result is the same for every value."""
 
 _RANDOM = {"random", "randomblob"}
 """Functions whose value differs from row to row."""
 
 
 def may_hold(where: str, parameters: Parameters, known: Parameters, unknown: Collection[str]) -> bool:
-    """Tell whether an expression may hold for rows of which some columns are known, and others are not.
+    """Tell whether an expression may hold for rows with known values in some columns, unknown ones in others.
 
-    All further columns are NULL, as unknown ones are in SQL: then SQLite answers NULL if these matter.
+    The remaining columns are NULL. Unknown values are given to SQLite as NULL, too: if it answers NULL, the
+    expression depends on them.
     """
     reads, stage, patience = check(where, parameters), _stage(), Patience()
     depends, names = not reads.columns.isdisjoint(unknown), names_in(where)

@@ -178,7 +178,7 @@ class Reference(Record):
     seed : int
         Seed of the random numbers.
     on_a : tuple of str
-        The first of the notes if no a was named: which one was taken.
+        If no a was named, a note on which one was taken.
     """
 
     a: float
