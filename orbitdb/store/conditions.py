@@ -119,7 +119,7 @@ def may_choose_pruned(selection: Selection, p: int | None = None) -> bool:
         return False
     if selection.where is None:
         return True
-    known: dict[str, str | float] = {"a": selection.a, "status": Status.GEOMETRIC.value}
+    known: dict[str, str | float] = {"a": float(selection.a), "status": Status.GEOMETRIC.value}
     known |= {} if p is None else {"p": p}
     return may_hold(selection.where, selection.parameters, known, PRUNED.keys() - known.keys())
 

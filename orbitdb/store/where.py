@@ -187,7 +187,7 @@ _STRICT = {"and", "or", "not", "in", "between", "like", "glob", "abs", "length",
 """Operators and functions that return NULL for NULL, unless the result is the same for every value."""
 
 _RANDOM = {"random", "randomblob"}
-"""Functions whose value differs from row to row."""
+"""Functions whose value differs from one call to the next."""
 
 
 def may_hold(where: str, parameters: Parameters, known: Parameters, unknown: Collection[str]) -> bool:

@@ -3,9 +3,12 @@
 import sqlite3
 from contextlib import closing
 
+import numpy as np
 import pytest
 
 from orbitdb.catalogue import Catalogue
+from orbitdb.orbits.status import STORED
+from orbitdb.selection import Selection
 
 FORMS = [
     ("status = 'dynamical'", {}, False),
@@ -57,12 +60,17 @@ def test_no_pruned_words_are_missing_where_they_cannot_be_chosen(criteria, varie
     assert not any("pruned" in note for note in Catalogue(varied, 1.0).rows(status="all", **criteria).notes)
 
 
-def test_a_random_condition_is_asked_of_every_word(varied):
+def test_a_random_condition_is_asked_of_every_pruned_word(varied):
     catalogue = Catalogue(varied, 1.0)
     every = catalogue.count(status="geometric")
     for _ in range(10):
         found = [*catalogue.rows(columns=("status",), status="all", where="random() < 0")]
         assert 0 < found.count(("geometric",)) < every
+
+
+def test_a_may_be_a_number_of_numpy(varied):
+    chosen = Selection(a=np.float64(1.0), statuses=STORED, where="p = 3")
+    assert Catalogue(varied).count(chosen) == Catalogue(varied, 1.0).count(p=3, status="all")
 
 
 def test_averages_suggest_only_statuses_that_have_averages(varied):

@@ -92,7 +92,8 @@ class FilterBar(Static, Working):
 
     def action_statuses(self) -> None:
         def take(statuses: Names) -> None:
-            self.selection = replace(self.selection, statuses=tuple(map(Status, statuses)))
+            chosen = tuple(status for status in STORED if status in statuses)  # all of them are `STORED`
+            self.selection = replace(self.selection, statuses=chosen)
 
         hint = "space marks, enter accepts; with no marks, all are shown"
         texts = {status.value: status.sentence for status in SHOWN}

@@ -113,6 +113,13 @@ async def test_a_status_without_words_has_no_classes(varied):
         assert app.screen.rows.report == "0 of 0 classes"
 
 
+async def test_marking_all_statuses_means_every_status(varied):
+    async with browsing(varied, selection=Selection.from_criteria()) as (app, pilot):
+        await press(pilot, "O", *["down", "space"] * 4, "enter")
+        assert app.screen.choices.selection == Selection.from_criteria(status="all")
+        assert "every status" in shown(app)
+
+
 async def test_stepping_through_the_statuses_shows_every_status_once(varied):
     """A filter by status means every status."""
     async with browsing(varied, selection=Selection.from_criteria(where="status <> 'x'")) as (app, pilot):
