@@ -346,12 +346,13 @@ class SelectionOptions:
     ) -> "dict[str, Any]":
         """Return the criteria of a `Selection`; raise if an option cannot be parsed.
 
-        `usual` are the statuses to choose if none is named, where they are not those of `Selection`, and
-        `code` the words given with --code.
+        `usual` are the statuses to choose if neither --status nor --where names any, where they are not those
+        of `Selection`, and `code` the words given with --code.
         """
+        from orbitdb.criteria import OF_STATUS
         from orbitdb.criteria import parse_ranges
         from orbitdb.errors import SelectionError
-        from orbitdb.sql_text import parse_parameters
+        from orbitdb.sql_text import names_in, parse_parameters
 
         if self.parameters and self.where is None:
             raise SelectionError(
@@ -360,7 +361,8 @@ class SelectionOptions:
         names = ("p", "time_reversal", "symmetry", "contains", "where")
         many = ("without", "exists", "not_at", "opening")
         given = {name: value for name in (*names, *many) if (value := getattr(self, name)) is not None}
-        status = usual if self.status is None else self.status
+        by_status = OF_STATUS & names_in(self.where or "")
+        status = usual if self.status is None and not by_status else self.status
         given |= {} if status is None else {"status": status}
         given |= {} if code is None else {"code": list(code)}
         given |= {"parameters": parse_parameters(self.parameters or (), self.where or "")}

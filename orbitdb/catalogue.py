@@ -18,6 +18,7 @@ from orbitdb.orbits.status import STORED, Status
 from orbitdb.period_ranges import check_periods, periods_to_make
 from orbitdb.progress import Tell, nobody, telling
 from orbitdb.selection import Selection
+from orbitdb.sql_text import names_in
 from orbitdb.store.file import Moment, Store
 from orbitdb.store.lookup import (
     WITH_ORBITS,
@@ -1925,9 +1926,13 @@ class Catalogue:
 
 
 def _of(statuses: Sequence[Status], selection: object, criteria: Criteria) -> Criteria:
-    """Return criteria that choose some statuses, or every one, unless they or a Selection choose others."""
+    """Return criteria that choose some statuses, or every one, unless they or a Selection choose others.
+
+    Every one leaves out geometrically pruned words, unless the condition names the status.
+    """
     given = selection is not None or criteria.get("status") is not None
-    return criteria if given else {**criteria, "status": statuses}
+    by_status = OF_STATUS & names_in(str(criteria.get("where", "")))
+    return criteria if given or (by_status and statuses == _EVERY) else {**criteria, "status": statuses}
 
 
 def _check_orbit(orbit: Any) -> None:

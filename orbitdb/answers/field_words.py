@@ -14,7 +14,7 @@ from orbitdb.orbits.status import Status
 from orbitdb.period_ranges import check_periods
 from orbitdb.selection import Selection
 from orbitdb.store.select import Words as Chosen
-from orbitdb.store.select import rows_of
+from orbitdb.store.select import count, rows_of
 from orbitdb.store.sqlite import Connection
 from orbitdb.symbols.enumeration import Span, all_least_words
 from orbitdb.symbols.pruning import count_admissible
@@ -58,6 +58,9 @@ def followable(word: str, a: float) -> str:
     return symbols
 
 
+_PRUNED = "status geometric: geometrically pruned words cannot be followed into a field"
+
+
 def _by_period(codes: Sequence[str]) -> list[tuple[Indices, Words]]:
     orders = np.array([len(code) for code in codes])
     groups = [np.flatnonzero(orders == p) for p in np.unique(orders)]
@@ -69,13 +72,16 @@ def chosen_words(connection: Connection, chosen: Selection) -> PickedWords:
 
     Words chosen by periods alone need not be stored.
     """
+    given = chosen
+    if Status.GEOMETRIC in given.statuses:
+        chosen = given.preferring(())
     if Status.GEOMETRIC in chosen.statuses:
-        chosen = chosen.preferring(())
-    if Status.GEOMETRIC in chosen.statuses:
-        raise SelectionError("status geometric: geometrically pruned words cannot be followed into a field")
+        raise SelectionError(_PRUNED)
     coverage = Coverage(connection, chosen)
     if chosen != Selection(chosen.a, chosen.periods):
         codes = [code for (code,) in rows_of(connection, Chosen(chosen), ("code",))]
+        if not codes and chosen != given and count(connection, given):  # all of them are pruned
+            raise SelectionError(_PRUNED)
         notes = [*coverage.gaps(), "" if codes else coverage.nothing()]
         return PickedWords(chosen, _by_period(codes), (), [*filter(None, notes)])
     periods = check_periods(chosen.periods) if chosen.periods else coverage.filled

@@ -118,7 +118,7 @@ def _range_of_k(k: Any, within: tuple[float, float], levelled: bool, window: boo
     if not _LEAST_K_MAX <= high <= _LARGEST_K_MAX:
         raise InputError(f"k {k!r:.40}: give a range that ends between {_LEAST_K_MAX} and {_LARGEST_K_MAX}")
     if low and not window:
-        raise InputError(f"k from {low:g}: only a list that is a window can begin above 0 (window=True)")
+        raise InputError(f"k from {low:g}: only a list that is a window can begin above 0 (`window=True`)")
     low = low if low else within[0]
     if levelled and not within[0] <= low < high <= within[1]:
         raise InputError(

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from orbitdb.catalogue import Catalogue
+from orbitdb.errors import SelectionError
 from orbitdb.orbits.status import STORED
 from orbitdb.selection import Selection
 
@@ -66,6 +67,26 @@ def test_a_random_condition_is_asked_of_every_pruned_word(varied):
     for _ in range(10):
         found = [*catalogue.rows(columns=("status",), status="all", where="random() < 0")]
         assert 0 < found.count(("geometric",)) < every
+
+
+def test_a_dataset_has_the_pruned_words_that_a_condition_names(varied, tmp_path, cli):
+    catalogue, asked = Catalogue(varied, 1.0), "rules is not null"
+    every = catalogue.count(status="geometric")
+    assert catalogue.write_dataset(tmp_path / "one", where=asked, a=1.0).words == every
+    assert catalogue.write_dataset(tmp_path / "two", p=3, a=1.0).words == catalogue.count(p=3)
+    done = cli(
+        "export", str(tmp_path / "three"), "--dataset", "--where", asked, "--a", "1", "--db", str(varied)
+    )
+    assert done.err.splitlines()[-1].startswith(f"{every} words at a = 1")
+
+
+def test_a_field_refuses_a_condition_that_only_pruned_words_fulfil(varied, cli):
+    catalogue, refused = Catalogue(varied, 1.0), "geometrically pruned words cannot be followed"
+    with pytest.raises(SelectionError, match=refused):
+        catalogue.field(0.1, where="status = 'geometric'")
+    asked = ("field", "--kappa", "0.1", "--a", "1", "--db", str(varied), "--where")
+    assert cli(*asked, "rules > ''").says(2, refused)
+    assert len(catalogue.field(0.1, where="status = 'geometric' or p = 3")) == catalogue.count(p=3)
 
 
 def test_a_may_be_a_number_of_numpy(varied):

@@ -99,6 +99,9 @@ def test_spectrum_reads_levels_and_says_up_to_where_it_is_complete(cli, filled, 
     assert cli("spectrum", "--levels", str(levels_file), "--k", "0:9", "--db", str(filled)).says(
         2, "the levels have k from 0 to 7.9"
     )
+    assert cli("spectrum", "--levels", str(levels_file), "--k", "5:7", "--db", str(filled)).says(
+        2, "only a list that is a window can begin above 0 (--window)"
+    )
     peaks = cli("spectrum", "--levels", str(levels_file), "--peaks", *asked[:2], *asked[4:])
     assert json.loads(peaks.out)[0]["code"] == "02"
 
