@@ -349,8 +349,7 @@ class SelectionOptions:
         `usual` are the statuses to choose if neither --status nor --where names any, where they are not those
         of `Selection`, and `code` the words given with --code.
         """
-        from orbitdb.criteria import OF_STATUS
-        from orbitdb.criteria import parse_ranges
+        from orbitdb.criteria import OF_STATUS, parse_ranges
         from orbitdb.errors import SelectionError
         from orbitdb.sql_text import names_in, parse_parameters
 

@@ -148,11 +148,7 @@ class Coverage:
         return [line for line in lines if line]
 
     def nothing(self, swept: bool = False, answerable: tuple[Status, ...] = ()) -> str:
-        """Return a message that the subset is empty, or '' if `gaps` says that none of it is stored.
-
-        If words of other statuses fulfil the criteria, it says how to choose them; `answerable` are the
-        statuses that the question is about, by default every one.
-        """
+        """Return that the subset is empty, and statuses to try (`answerable`); '' if `gaps` says so."""
         chosen = self.chosen
         if chosen.statuses == (Status.GEOMETRIC,):
             return "" if self._pruned_not_stored() else f"no {chosen.describe()}"
