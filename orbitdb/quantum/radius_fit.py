@@ -74,15 +74,15 @@ def fit(compared: Comparison, error: float | None) -> Fitted:
             f"most {100 * known:.1g} % (--radius 0.2+-ERROR, in Python radius_error)"
         )
     scales, chance = _coarse_grid(compared, error)
-    step = float(scales[1] - scales[0])
-    for refined in range(_ROUNDS):
+    best, step = float(scales[chance.argmax()]), float(scales[1] - scales[0])
+    for _ in range(0 if _misfit(compared, best) > HOPELESS else _ROUNDS):
         # the best scale may lie between two cells
         near = np.convolve(chance > _LEAST, np.ones(3), "same") > 0
         scales = (scales[near, None] + step * (np.arange(_FINER) / _FINER - 0.5 + 0.5 / _FINER)).ravel()
         step /= _FINER
         chance = _chances(compared, scales, error, _BEAM)
         best = _summit(scales, chance, step)
-        if chance.max() < _RESOLVED or (not refined and judge(compared.scaled(best)).misfit > HOPELESS):
+        if chance.max() < _RESOLVED:
             break
     judged = judge(compared.scaled(best))
     spread = math.sqrt(float(chance @ (scales - best) ** 2) + step**2 / 12)
@@ -93,7 +93,10 @@ def fit(compared: Comparison, error: float | None) -> Fitted:
 
 
 def _coarse_grid(compared: Comparison, error: float | None) -> tuple[Floats, Floats]:
-    """Return evenly spaced scales around the likely ones, and the probability of each."""
+    """Return evenly spaced scales around the likely ones, and the probability of each.
+
+    The grid is for the whole list, or for its lowest levels if neither they nor all of them fit.
+    """
     n = len(compared.k)
     count = min(n, _FIRST)
     low, high = 1 - widest(error), 1 + widest(error)
@@ -101,11 +104,16 @@ def _coarse_grid(compared: Comparison, error: float | None) -> tuple[Floats, Flo
         part = compared if count == n else compared.part(count)
         scales = np.linspace(low, high, max(math.ceil((high - low) / step_of(part)), 2) + 1)
         chance = _chances(part, scales, error, _COARSE)
-        if count == n:
+        best = float(scales[chance.argmax()])
+        if count == n or (_misfit(part, best) > FITS and _misfit(compared, best) > HOPELESS):
             return scales, chance
         likely, step = scales[chance > _LEAST], float(scales[1] - scales[0])
         low, high = likely[0] - step, likely[-1] + step
         count = min(n, count * _MORE)
+
+
+def _misfit(compared: Comparison, scale: float) -> float:
+    return judge(compared.scaled(scale)).misfit
 
 
 def _summit(scales: Floats, chance: Floats, step: float) -> float:

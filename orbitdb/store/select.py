@@ -52,6 +52,9 @@ ROW_KEY = np.dtype([("id", "i8"), ("element", "u1")])
 _KEYS = ("id", "p", "representative", "code", "element")
 """The columns that decide the order of rows with equal sort keys, and from which others are computed."""
 
+_NEVER_NULL = ("p", "code", "status")
+"""Columns that every row has; SQLite compares texts faster where NULL has no place of its own."""
+
 _SHARED = views.CLASS_COLUMNS.keys() - {"p", "a", "status"}
 """The columns that the words of a class share, and that pruned words do not have."""
 
@@ -103,11 +106,14 @@ class Words:
             natural = [rows.c.p, rows.c.id < 0, least, rows.c.element]
         elif [*keys.items()][-1:] == [("p", False)]:
             keys = dict([*keys.items()][:-1])  # because ids increase with the period
-        # NULL is SQLite's least value, so it comes last in descending orders anyway
-        sorting = [
-            rows.c[name].desc() if falls else rows.c[name].asc().nulls_last() for name, falls in keys.items()
-        ]
-        return [*sorting, *natural]
+        return [*(_sorted_by(rows.c[name], falls) for name, falls in keys.items()), *natural]
+
+
+def _sorted_by(column: ColumnElement[Any], falls: bool) -> ColumnElement[Any]:
+    """Return a sort key that puts missing values last."""
+    if falls or column.name in _NEVER_NULL:
+        return column.desc() if falls else column.asc()  # NULL is SQLite's least value
+    return column.asc().nulls_last()
 
 
 def _views(connection: sa.Connection, selection: Selection, whole: bool) -> Iterator[FromClause]:
