@@ -25,10 +25,7 @@ from orbitdb.orbits.admissible import solve_in_doubles
 from orbitdb.progress import Tell, nobody
 from orbitdb.selection import Selection
 from orbitdb.symbols.plane import symbol_plane
-from orbitdb.symbols.words import (
-    from_strings,
-    to_strings,
-)
+from orbitdb.symbols.words import from_strings, to_strings
 from orbitdb.text import format_float, several
 
 if TYPE_CHECKING:

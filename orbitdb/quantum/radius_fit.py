@@ -65,7 +65,7 @@ def fit(compared: Comparison, error: float | None) -> Fitted:
     Raises
     ------
     InputError
-        If so many scales must be tried that many of them would fit.
+        If the list is so high up that many radii would fit.
     """
     if 2 * widest(error) > _MOST * step_of(compared):
         known = _MOST * step_of(compared) / (2 * _SIGMAS)

@@ -44,7 +44,7 @@ ROW_COLUMNS = (*views.VIEWED, WORDS, *_COMPUTED)
 """The columns that can be read: those of the view, the number of chosen words, and computed ones."""
 
 ROWS = 1 << 9
-"""Number of rows that are fetched at once; larger blocks take longer, as they do not fit in the cache."""
+"""Number of rows that are fetched at once; with 4096, reading every row takes a third longer."""
 
 ROW_KEY = np.dtype([("id", "i8"), ("element", "u1")])
 """What names a row: the id of its class or pruned word, and the element that leads to the word."""
@@ -111,9 +111,9 @@ class Words:
 
 def _sorted_by(column: ColumnElement[Any], falls: bool) -> ColumnElement[Any]:
     """Return a sort key that puts missing values last."""
-    if falls or column.name in _NEVER_NULL:
-        return column.desc() if falls else column.asc()  # NULL is SQLite's least value
-    return column.asc().nulls_last()
+    if falls:
+        return column.desc()  # NULL is SQLite's least value
+    return column.asc() if column.name in _NEVER_NULL else column.asc().nulls_last()
 
 
 def _views(connection: sa.Connection, selection: Selection, whole: bool) -> Iterator[FromClause]:

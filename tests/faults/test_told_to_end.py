@@ -125,7 +125,7 @@ def test_signals_end_a_command_cleanly_at_any_moment(stored, tmp_path, name, tur
         assert said == []
         return
     if name == "plot" and started.process.returncode == -signal.SIGABRT:
-        return  # seen once in thousands of runs; probably an exception met compiled code of Matplotlib
+        pytest.xfail(f"seen once, and never explained: plot aborted, and said {said}")
     assert started.process.returncode == 128 + number, said
     assert [line.partition(";")[0] for line in said] == ["orbitdb: terminated"]
 

@@ -162,7 +162,7 @@ class RowsPanel(Vertical, Working):
                     gaps = "; ".join(map(_with_key, listing.notes))
                 count = len(rows) if selection == unfiltered else total
                 if count is None and by_class:
-                    count = sum(then.count(unfiltered, by=[])["classes"])  # no row, if there are none
+                    count = sum(then.count(unfiltered, by=[])["classes"])  # without any, there is no row
                 elif count is None:
                     count = then.count(unfiltered)
             yield rows, gaps, count
